@@ -57,11 +57,15 @@ pub struct Compared {
 
 /// Compares two files, a reference and a test; display values are exposed by `exposure` stops, clipped and
 /// sRGB-encoded. `again`: the same two pictures with other random numbers.
-pub fn compare(files: [&Path; 2], again: Option<[&Path; 2]>, exposure: f64) -> Result<Compared> {
+pub fn compare_files(
+    files: [&Path; 2],
+    again: Option<[&Path; 2]>,
+    exposure: f64,
+) -> Result<Compared> {
     let read =
         |[a, b]: [&Path; 2]| -> Result<_> { Ok([LinearImage::read(a)?, LinearImage::read(b)?]) };
     let [reference, test] = read(files)?;
-    let comparison = measure(&reference, &test, exposure)?;
+    let comparison = compare_images(&reference, &test, exposure)?;
     let without_noise = match again.map(read).transpose()? {
         Some([r, t]) => Some(without_noise([&reference, &r], [&test, &t], exposure)?),
         None => None,
@@ -73,7 +77,11 @@ pub fn compare(files: [&Path; 2], again: Option<[&Path; 2]>, exposure: f64) -> R
 }
 
 /// Compares two pictures in memory.
-pub fn measure(reference: &LinearImage, test: &LinearImage, exposure: f64) -> Result<Comparison> {
+pub fn compare_images(
+    reference: &LinearImage,
+    test: &LinearImage,
+    exposure: f64,
+) -> Result<Comparison> {
     reference.check_comparable(test)?;
     let [shown_reference, shown_test] =
         [reference, test].map(|image| display::planes(image, exposure));

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use super::batches::FEWEST_UPDATES;
 use super::forecast::{CachedForecast, Forecast, SampleForecast};
-use super::subject::Subject;
+use super::setup::Setup;
 use super::task::Task;
 use super::verdict::Compared;
 use super::{Engine, Stopwatch};
@@ -30,7 +30,7 @@ const WORTH_A_TRIAL: f64 = 10.0;
 
 /// The choice of a variant, and the engine with which it begins.
 pub struct Trial<'a> {
-    subject: Subject<'a>,
+    setup: Setup<'a>,
     engine: Engine,
     /// What there is to decide; `None` where it is clear with what to render.
     open: Option<Open<'a>>,
@@ -65,24 +65,20 @@ impl<'a> Trial<'a> {
     /// # Errors
     ///
     /// The same as for [`Engine::new`].
-    pub fn begin(
-        subject: Subject<'a>,
-        choice: Choice,
-        task: Option<Task<'a>>,
-    ) -> Result<Trial<'a>> {
-        let scene = subject.scene;
+    pub fn begin(setup: Setup<'a>, choice: Choice, task: Option<Task<'a>>) -> Result<Trial<'a>> {
+        let scene = setup.scene;
         let may_cache = choice.plan.bricks.is_some() || choice.plan.variant.cache().is_some();
         let open = task.filter(|task| {
             scene.render.variant == Variant::Auto && !task.stop.is_counted() && may_cache
         });
         let (engine, open) = match open {
-            None => (subject.engine(choice)?, None),
+            None => (setup.engine(choice)?, None),
             Some(task) => {
                 let mut without_cache = scene.clone();
                 without_cache.render.variant = Variant::NonCaching;
-                let plain = subject.host.plan(subject.volume, &without_cache)?;
+                let plain = setup.host.plan(setup.volume, &without_cache)?;
                 let began = Instant::now();
-                let engine = subject.engine(plain.clone())?;
+                let engine = setup.engine(plain.clone())?;
                 let open = Open {
                     task,
                     chosen: choice,
@@ -93,7 +89,7 @@ impl<'a> Trial<'a> {
             }
         };
         Ok(Trial {
-            subject,
+            setup,
             engine,
             open,
         })
@@ -144,10 +140,8 @@ impl<'a> Trial<'a> {
             self.engine.choice.reason = TOO_SHORT.into();
             return Ok(Tried::settled(self.engine, watch));
         }
-        let subject = self.subject;
-        let caches = subject
-            .host
-            .caches(subject.volume, subject.scene, &chosen)?;
+        let setup = self.setup;
+        let caches = setup.host.caches(setup.volume, setup.scene, &chosen)?;
         if caches.is_empty() {
             self.engine.choice.reason = chosen.reason;
             return Ok(Tried::settled(self.engine, watch));
@@ -159,10 +153,10 @@ impl<'a> Trial<'a> {
         drop(self.engine);
         // What is kept of the picture need not be sampled again.
         let to_go_back = making - watch.elapsed().as_secs_f64();
-        match subject.best_of(caches, &uncached, &task, to_go_back, &mut watch)? {
+        match setup.best_of(caches, &uncached, &task, to_go_back, &mut watch)? {
             Contest::Won(engine, watch) => Ok(Tried::settled(*engine, watch)),
             Contest::Lost { why } => {
-                let mut engine = subject.engine(plain)?;
+                let mut engine = setup.engine(plain)?;
                 if let Some(sums) = begun {
                     engine.resume(&sums, totals)?;
                 }
@@ -212,7 +206,7 @@ struct TriedCache {
     is_better: bool,
 }
 
-impl Subject<'_> {
+impl Setup<'_> {
     /// Looks for the best of these caches that is better than none. Apart from compiling for them, caches that are tried
     /// share a time that is short beside the work's. If that was in vain, `watch` has it as well.
     fn best_of(

@@ -88,7 +88,7 @@ pub fn compare(args: &CompareArgs) -> Result<u8> {
         [a, b] => Some([a.as_path(), b.as_path()]),
         _ => None,
     });
-    let compared = compare::compare([&args.a, &args.b], again, args.exposure)?;
+    let compared = compare::compare_files([&args.a, &args.b], again, args.exposure)?;
     if args.json {
         print(&to_json(&compared)?)
     } else {

@@ -8,7 +8,7 @@ use super::clock::Clock;
 use super::open_scene_timed;
 use super::shards::{Fingerprints, check_variant};
 use crate::cli::RenderArgs;
-use crate::engine::{Host, Stop, Subject, Task, Trial, Tried};
+use crate::engine::{Host, Setup, Stop, Task, Trial, Tried};
 use crate::error::Result;
 use crate::interrupt;
 use crate::output::say;
@@ -38,21 +38,20 @@ pub fn make_engine(
     before: Option<&Settings>,
     clock: &mut Clock,
 ) -> Result<(Tried, Option<Fingerprints>)> {
-    let subject = Subject {
+    let setup = Setup {
         host,
         volume: &opened.volume,
         scene: &opened.scene,
         seed: args.seed,
     };
-    let choice = clock.time("plan", || choose(args, &subject, before))?;
+    let choice = clock.time("plan", || choose(args, &setup, before))?;
     let task = before.is_none().then_some(Task {
         stop,
         pictures: args.orbit.map_or(1, NonZeroU32::get),
         interrupt: &interrupt::INTERRUPTED,
     });
-    let (trial, fingerprints) = clock.time("compile and upload", || {
-        compile(args, subject, choice, task)
-    })?;
+    let (trial, fingerprints) =
+        clock.time("compile and upload", || compile(args, setup, choice, task))?;
     clock.part("compile", trial.compiling());
     interrupt::keep_work();
     let mut tried = if trial.is_open() {
@@ -71,13 +70,13 @@ pub fn make_engine(
 }
 
 /// Plans.
-fn choose(args: &RenderArgs, subject: &Subject<'_>, before: Option<&Settings>) -> Result<Choice> {
-    let Subject {
+fn choose(args: &RenderArgs, setup: &Setup<'_>, before: Option<&Settings>) -> Result<Choice> {
+    let Setup {
         host,
         volume,
         scene,
         ..
-    } = *subject;
+    } = *setup;
     let settled = before.map(|before| before.settle(scene));
     let mut choice = host.plan(volume, settled.as_ref().unwrap_or(scene))?;
     host.check_picture(&choice.plan, scene.render.size, args.keeps_sums())?;
@@ -99,15 +98,15 @@ fn choose(args: &RenderArgs, subject: &Subject<'_>, before: Option<&Settings>) -
 /// fingerprint of the volume.
 fn compile<'a>(
     args: &RenderArgs,
-    subject: Subject<'a>,
+    setup: Setup<'a>,
     choice: Choice,
     task: Option<Task<'a>>,
 ) -> Result<(Trial<'a>, Option<Fingerprints>)> {
     thread::scope(|scope| {
         let walk = args
             .keeps_sums()
-            .then(|| scope.spawn(|| Fingerprints::of_volume(subject.volume)));
-        let begun = Trial::begin(subject, choice, task)?;
+            .then(|| scope.spawn(|| Fingerprints::of_volume(setup.volume)));
+        let begun = Trial::begin(setup, choice, task)?;
         let walked = walk.map(|walk| walk.join().unwrap_or_else(|panic| resume_unwind(panic)));
         Ok((begun, walked.transpose()?))
     })

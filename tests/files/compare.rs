@@ -12,7 +12,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use isolume::compare::{Comparison, LinearImage, compare, measure, without_noise};
+use isolume::compare::{Comparison, LinearImage, compare_files, compare_images, without_noise};
 use isolume::engine::Picture;
 use isolume::output::{Provenance, write_exr, write_png};
 use isolume::scene::Tone;
@@ -74,7 +74,7 @@ fn compare_noisy(noise: f64, exposure: f64) -> Comparison {
     let folder = TempDir::new().unwrap();
     let a = exr(&folder, "a.exr", &noisy(1, noise));
     let b = exr(&folder, "b.exr", &noisy(2, noise));
-    compare([&a, &b], None, exposure).unwrap().comparison
+    compare_files([&a, &b], None, exposure).unwrap().comparison
 }
 
 #[track_caller]
@@ -107,13 +107,15 @@ fn dim_pictures_have_the_scores_of_bright_ones() {
         }
         exr(&folder, &format!("{seed}.exr"), &picture)
     };
-    let found = compare([&dim(1), &dim(2)], None, 0.0).unwrap().comparison;
+    let found = compare_files([&dim(1), &dim(2)], None, 0.0)
+        .unwrap()
+        .comparison;
     assert_close(found.z_bias.unwrap(), 0.278_042_658, 1e-4);
     assert_close(found.z_tile_max.unwrap(), 1.683_215_779, 1e-4);
     let mut black = noisy(1, 0.3);
     black.rgb.fill([0.0; 3]);
     let [a, b] = ["a.exr", "b.exr"].map(|name| exr(&folder, name, &black));
-    let found = compare([&a, &b], None, 0.0).unwrap().comparison;
+    let found = compare_files([&a, &b], None, 0.0).unwrap().comparison;
     assert_eq!(found.rel_bias, 0.0);
 }
 
@@ -140,7 +142,7 @@ fn png_files_are_decoded_to_linear_radiance() {
         write_png(&path, &noisy(seed, 0.3), 0.0, Tone::Linear).unwrap();
         path
     });
-    let found = compare([&a, &b], None, 0.0).unwrap().comparison;
+    let found = compare_files([&a, &b], None, 0.0).unwrap().comparison;
     assert_close(found.mse, 0.003_039_877_010, 1e-8);
     assert_close(found.psnr, 29.724_496_429, 1e-4);
     assert_close(found.ssim.unwrap(), 0.775_900_900, 1e-5);
@@ -152,7 +154,7 @@ fn png_files_are_decoded_to_linear_radiance() {
 fn equal_pictures_have_no_error() {
     let folder = TempDir::new().unwrap();
     let a = exr(&folder, "a.exr", &noisy(1, 0.3));
-    let found = compare([&a, &a], None, 0.0).unwrap().comparison;
+    let found = compare_files([&a, &a], None, 0.0).unwrap().comparison;
     assert_eq!(
         (found.mse, found.flip, found.psnr),
         (0.0, 0.0, f64::INFINITY)
@@ -182,7 +184,7 @@ fn a_shift_of_four_standard_errors_shows_as_such() {
                 .for_each(|v| *v -= 4.0 * 0.1 / 16.0);
         }
     }
-    let found = measure(&reference, &test, 0.0).unwrap();
+    let found = compare_images(&reference, &test, 0.0).unwrap();
     assert_close(found.z_tile_max.unwrap(), 4.0, 1e-4);
     let pixels = f64::from(WIDTH * HEIGHT);
     assert_close(
@@ -201,7 +203,7 @@ fn pictures_smaller_than_a_window_have_no_ssim() {
         rgb: vec![[0.5; 3]; 400],
         stderr: None,
     };
-    let found = measure(&small, &small, 0.0).unwrap();
+    let found = compare_images(&small, &small, 0.0).unwrap();
     assert_eq!((found.ssim, found.flip), (None, 0.0));
 }
 
@@ -235,9 +237,9 @@ fn spots_apart(spot: f32, seed: u32) -> [f64; 2] {
 #[test]
 fn pictures_rendered_twice_are_compared_beyond_their_noise() {
     let clean = [0.0, 0.012].map(|spot| with_spot(spot, 0, 0.0));
-    let truth = measure(&clean[0], &clean[1], 0.0).unwrap().psnr;
+    let truth = compare_images(&clean[0], &clean[1], 0.0).unwrap().psnr;
     let noisy = [(0.0, 1), (0.012, 2)].map(|(spot, seed)| with_spot(spot, seed, 0.05));
-    let raw = measure(&noisy[0], &noisy[1], 0.0).unwrap().psnr;
+    let raw = compare_images(&noisy[0], &noisy[1], 0.0).unwrap().psnr;
     assert!(raw < truth - 8.0, "{raw} dB with noise, {truth} dB without");
 
     // Too good by two standard errors is one in forty.
@@ -261,7 +263,7 @@ fn pictures_rendered_twice_are_compared_beyond_their_noise() {
 
 #[track_caller]
 fn refuses(a: &Path, b: &Path, parts: &[&str]) {
-    let error = compare([a, b], None, 0.0).expect_err("it is refused");
+    let error = compare_files([a, b], None, 0.0).expect_err("it is refused");
     assert!(error.is_about_input(), "{error:?}");
     let message = error.to_string();
     for part in parts {

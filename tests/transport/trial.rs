@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use isolume::engine::{Stop, Subject, Task, Trial};
+use isolume::engine::{Setup, Stop, Task, Trial};
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::{SceneFile, resolve};
 
@@ -29,13 +29,13 @@ fn an_interruption_leaves_it_open_which_variant_is_the_fastest() {
             interrupt: &interrupt,
         };
         let choice = host.plan(&volume, &scene).unwrap();
-        let subject = Subject {
+        let setup = Setup {
             host: &host,
             volume: &volume,
             scene: &scene,
             seed: 0,
         };
-        let trial = Trial::begin(subject, choice, Some(task)).unwrap();
+        let trial = Trial::begin(setup, choice, Some(task)).unwrap();
         assert!(trial.is_open());
         let tried = trial.end().unwrap();
         (tried.was_interrupted, tried.engine.choice().reason.clone())

@@ -9,7 +9,7 @@ use super::measure::voxels;
 use super::report::{CacheSetting, RunReport};
 use super::{Bench, patient_run};
 use crate::cli::{BenchVariant, message};
-use crate::compare::{LinearImage, measure as compare, without_noise};
+use crate::compare::{LinearImage, compare_images, without_noise};
 use crate::engine::{Engine, Stop};
 use crate::error::{Error, Result};
 use crate::interrupt::{INTERRUPTED, is_interrupted};
@@ -89,7 +89,7 @@ impl Settings<'_> {
     }
 
     fn compared(&self, whole: &LinearImage, shown: Shown) -> Result<CacheSetting> {
-        let alike = compare(whole, &shown.image, self.bench.exposure)?;
+        let alike = compare_images(whole, &shown.image, self.bench.exposure)?;
         Ok(CacheSetting {
             psnr: Some(alike.psnr),
             ssim: alike.ssim,

@@ -6,7 +6,7 @@ use super::entrants::Entrant;
 use super::reference::Reference;
 use super::report::Point;
 use super::{Bench, patient_run};
-use crate::compare::{LinearImage, measure as compare};
+use crate::compare::{LinearImage, compare_images};
 use crate::engine::batches::cache_goal;
 use crate::engine::figures::CacheStats;
 use crate::engine::{Engine, Picture, Stop, Stopwatch};
@@ -95,7 +95,7 @@ impl EntrantRun<'_> {
         file: Option<String>,
     ) -> Result<(Point, Snapshot)> {
         let image = LinearImage::from_picture(&self.prefix, picture);
-        let error = compare(&self.references.picture.image, &image, bench.exposure)?;
+        let error = compare_images(&self.references.picture.image, &image, bench.exposure)?;
         if let Some(name) = &file {
             let device = bench.host.summary().name.clone();
             let from = Provenance::new(self.entrant.text.clone(), bench.seed, device);

@@ -8,7 +8,7 @@ use super::entrant_run::{EntrantRun, References, Snapshot};
 use super::entrants::{Entrant, Subject};
 use super::report::{Point, RunReport, Similarity, SimilarityPoint, seconds_to};
 use super::warm::Warm;
-use crate::compare::measure as compare;
+use crate::compare::compare_images;
 use crate::engine::Stopwatch;
 use crate::engine::figures;
 use crate::error::Result;
@@ -86,7 +86,7 @@ pub fn similarity(
     for snapshot in snapshots.iter().filter(|snapshot| !snapshot.is_late) {
         let same_time = |other: &&Snapshot| other.asked == snapshot.asked && !other.is_late;
         if let Some(other) = uncached.iter().find(same_time) {
-            let alike = compare(&other.image, &snapshot.image, bench.exposure)?;
+            let alike = compare_images(&other.image, &snapshot.image, bench.exposure)?;
             points.push(SimilarityPoint {
                 asked_s: snapshot.asked.as_secs_f64(),
                 psnr: alike.psnr,

@@ -8,7 +8,7 @@ use super::entrants::Subject;
 use super::report::ReferenceReport;
 use super::{Bench, patient_run};
 use crate::cli::BenchVariant;
-use crate::compare::{Comparison, LinearImage, measure};
+use crate::compare::{Comparison, LinearImage, compare_images};
 use crate::engine::{Engine, Outcome, Stop, Stopwatch};
 use crate::error::{Error, Place, Result};
 use crate::output::Provenance;
@@ -133,7 +133,7 @@ fn own_noise(reference: &LinearImage, exposure: f64) -> Result<Option<Comparison
             .collect(),
         ..reference.clone()
     };
-    measure(reference, &noisy, exposure).map(Some)
+    compare_images(reference, &noisy, exposure).map(Some)
 }
 
 /// Normal deviates by Box and Muller, from the numbers of splitmix64

@@ -7,7 +7,7 @@ use super::apart::bias_apart;
 use super::entrant_run::{EntrantRun, Snapshot};
 use super::report::{BiasApart, IsovalueEdit, Orbit, Point, seconds_to};
 use super::{Bench, patient_run};
-use crate::compare::{Comparison, measure as compare};
+use crate::compare::{Comparison, compare_images};
 use crate::engine::figures::quantile;
 use crate::engine::{Engine, Refinement, Stop, Stopwatch};
 use crate::error::{Error, Result};
@@ -106,7 +106,7 @@ impl EntrantRun<'_> {
         };
         let centres = self.references.centres;
         let same_rays =
-            centres.map(|centres| compare(&centres.image, &marched.image, bench.exposure));
+            centres.map(|centres| compare_images(&centres.image, &marched.image, bench.exposure));
         let seen = centres.and_then(|centres| Some((&centres.image, centres.seen.as_deref()?)));
         Ok(NewView {
             points,

@@ -2,7 +2,7 @@
 
 #![no_main]
 
-use isolume::compare::{LinearImage, measure};
+use isolume::compare::{LinearImage, compare_images};
 use isolume_fuzz::{folder, guard, pictures, target};
 
 /// Metrics of large pictures take long.
@@ -26,7 +26,7 @@ fn parse(bytes: &[u8]) {
     };
     assert_eq!(picture.rgb.len(), picture.width * picture.height);
     if picture.rgb.len() <= MOST_MEASURED
-        && let Ok(comparison) = measure(&picture, &picture, 0.0)
+        && let Ok(comparison) = compare_images(&picture, &picture, 0.0)
     {
         assert_eq!(comparison.mse, 0.0);
     }
