@@ -187,15 +187,10 @@ impl Engine {
             (Some(_), None) if is_first => run.stop.late(),
             (time, _) => time,
         };
-        let until = run.until(time, watch.elapsed());
-        if has_light && is_first {
+        Until {
             // An interruption waits for the end of the first unit, so that there is a picture to write.
-            Until {
-                interrupt: None,
-                ..until
-            }
-        } else {
-            until
+            interrupt: run.interrupt.filter(|_| !(has_light && is_first)),
+            ..run.until(time, watch.elapsed())
         }
     }
 

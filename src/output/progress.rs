@@ -83,18 +83,18 @@ impl ProgressLine {
     fn sampled(&mut self, so_far: &Sampled) {
         let left = self.stop.seconds_left(so_far);
         let seconds = so_far.took.as_secs_f64();
-        let status = format!("{}{}", self.which, status(so_far, left));
+        let status = || format!("{}{}", self.which, status(so_far, left));
         match &mut self.shown {
             Shown::Nothing => {}
             Shown::Bar(bar) => {
                 let share = left.map_or(0.0, |left| seconds / (seconds + left));
                 bar.set_position((share * BAR_STEPS as f64) as u64);
-                bar.set_message(status);
+                bar.set_message(status());
             }
             Shown::Lines { log, next_at } => {
                 if seconds >= *next_at {
                     *next_at = seconds + LINE_SECONDS;
-                    print(log, &status);
+                    print(log, &status());
                 }
             }
         }

@@ -5,6 +5,7 @@
 //! then waits for about as many bricks as it saves. That is a rule of thumb. Where a render is long enough for a trial
 //! (`engine/trial.rs`), it compares the caches on the device.
 
+use super::ladder::Rung;
 use super::{Choice, Plan, Planner};
 use crate::bytes::exactly;
 use crate::error::{Error, Result, unless_refused};
@@ -24,12 +25,18 @@ pub struct InBricks<'a> {
     pub(super) planner: &'a Planner<'a>,
     /// Number of needed bricks.
     needed: u32,
+    /// The caches that the scene allows, kept since finding their bricks takes time; none where no cache is looked for.
+    pub(super) rungs: Vec<Rung>,
 }
 
 impl<'a> InBricks<'a> {
     pub fn new(planner: &'a Planner<'a>) -> InBricks<'a> {
         InBricks {
             needed: needed_bricks(&planner.uncached, planner.volume),
+            rungs: match planner.why_no_cache() {
+                None => planner.rungs().collect(),
+                Some(_) => Vec::new(),
+            },
             planner,
         }
     }
@@ -62,10 +69,10 @@ impl<'a> InBricks<'a> {
     /// whole volume needs no more: that would be chosen.
     fn least_need(&self, candidates: Vec<GpuScene>) -> Result<Option<String>> {
         let enough = |scene: &GpuScene| unless_refused(self.planned(scene, self.enough_for(scene)));
-        let Some(plan) = self.least(candidates, enough)? else {
+        let Some(plan) = least(candidates, enough)? else {
             return Ok(None);
         };
-        let whole = self.least(self.candidates(), |scene| {
+        let whole = least(self.candidates(), |scene| {
             unless_refused(self.planner.plan(scene))
         })?;
         let is_less = whole.is_none_or(|whole| plan.bytes() < whole.bytes());
@@ -76,20 +83,6 @@ impl<'a> InBricks<'a> {
                 exactly(plan.bytes())
             )
         }))
-    }
-
-    /// The plan of the fewest bytes of these scenes'. A coarser cache may need more than a finer one: its wide cubes count as
-    /// rims of the medium where narrow ones do not, and what is left to paths there takes memory for each pixel.
-    pub(super) fn least(
-        &self,
-        scenes: impl IntoIterator<Item = GpuScene>,
-        plan: impl Fn(&GpuScene) -> Result<Option<Plan>>,
-    ) -> Result<Option<Plan>> {
-        let plans = scenes
-            .into_iter()
-            .filter_map(|scene| plan(&scene).transpose());
-        let plans = plans.collect::<Result<Vec<Plan>>>()?;
-        Ok(plans.into_iter().min_by_key(Plan::bytes))
     }
 
     /// The caches that fit and leave the volume unlike numbers of bricks, the finest first.
@@ -119,13 +112,10 @@ impl<'a> InBricks<'a> {
     /// The caches that may be chosen, the finest first.
     pub(super) fn caches(&self) -> impl Iterator<Item = GpuScene> {
         let planner = self.planner;
-        let rungs = planner.why_no_cache().is_none().then(|| planner.rungs());
-        let layouts = rungs
-            .into_iter()
-            .flatten()
-            .filter_map(|rung| rung.layout.ok())
-            .filter(|layout| planner.too_many_nodes(layout).is_none());
-        layouts.map(|layout| planner.uncached.clone().with_cache(layout))
+        let layouts = self.rungs.iter().flat_map(|rung| &rung.layout);
+        layouts
+            .filter(|layout| planner.too_many_nodes(layout).is_none())
+            .map(|layout| planner.uncached.clone().with_cache(layout.clone()))
     }
 
     fn choice(&self, plan: Plan, next_better: &str) -> Choice {
@@ -200,6 +190,19 @@ impl<'a> InBricks<'a> {
     fn layout(&self, scene: &GpuScene, places: u64) -> BrickLayout {
         BrickLayout::new(scene.parts.field.dims, places, self.planner.limits)
     }
+}
+
+/// The plan of the fewest bytes of these scenes'. A coarser cache may need more than a finer one: its wide cubes count as rims
+/// of the medium where narrow ones do not, and what is left to paths there takes memory for each pixel.
+pub(super) fn least(
+    scenes: impl IntoIterator<Item = GpuScene>,
+    plan: impl Fn(&GpuScene) -> Result<Option<Plan>>,
+) -> Result<Option<Plan>> {
+    let plans = scenes
+        .into_iter()
+        .filter_map(|scene| plan(&scene).transpose());
+    let plans = plans.collect::<Result<Vec<Plan>>>()?;
+    Ok(plans.into_iter().min_by_key(Plan::bytes))
 }
 
 fn capacity(plan: &Plan) -> u32 {

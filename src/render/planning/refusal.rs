@@ -1,6 +1,6 @@
 //! The sentences about what does not fit: what it needs, and what would fit.
 
-use super::in_bricks::InBricks;
+use super::in_bricks::{InBricks, least};
 use super::ladder::COARSEST;
 use super::{Plan, Planner};
 use crate::bytes::exactly;
@@ -16,18 +16,17 @@ impl InBricks<'_> {
         let Some(without_cache) = self.smallest_of_both(&planner.uncached)? else {
             return Ok(None);
         };
-        let rungs = planner.why_no_cache().is_none().then(|| planner.rungs());
-        let coarsest = rungs.into_iter().flatten().last();
-        if let Some((scale, Err(why))) = coarsest.map(|rung| (rung.scale, rung.layout))
+        if let Some(coarsest) = self.rungs.last()
+            && let Err(why) = &coarsest.layout
             && planner.scene.render.variant == Variant::Caching
         {
             return Ok(Some(MemoryError::CacheScale {
-                scale: scale.to_string(),
-                has_coarser: scale > COARSEST,
-                why: Box::new(why),
+                scale: coarsest.scale.to_string(),
+                has_coarser: coarsest.scale > COARSEST,
+                why: Box::new(why.clone()),
             }));
         }
-        let cached = self.least(self.caches(), |scene| self.smallest_of_both(scene))?;
+        let cached = least(self.caches(), |scene| self.smallest_of_both(scene))?;
         let smallest_cache = cached.map(|plan| {
             format!(
                 "{} needs {}",
