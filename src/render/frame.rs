@@ -11,7 +11,7 @@
 //! Steps 2 and 3 are repeated, in the order and as often as the engine wants.
 
 use super::accumulate::AccumulatePush;
-use super::bundle::{Bundle, BundleUnderWay};
+use super::bundle::{Bundle, BundleUnderWay, Sampled};
 use super::estimator::Estimator;
 use super::parts::{Changes, Derived};
 use super::renderer::Renderer;
@@ -50,23 +50,38 @@ impl Renderer {
         let (frame, r) = (&mut self.frame, &self.resources);
         let bundle = under_way.bundle;
         let sampled = match &mut self.estimator {
-            Estimator::NonCaching(tracking) => tracking.advance(frame, r, &[], bundle)?,
-            Estimator::Caching(cache) => cache.sample(frame, r, bundle)?,
+            Estimator::NonCaching(tracking) => tracking.advance(frame, r, &[], bundle),
+            Estimator::Caching(cache) => cache.sample(frame, r, bundle),
             Estimator::Published(published) => {
                 published.round(frame, r, &mut self.totals)?;
                 return Ok(true);
             }
         };
+        match sampled.and_then(|sampled| self.take_in(&mut under_way, sampled)) {
+            Ok(pixels) if pixels == self.pixels() => {
+                self.totals.count(&under_way, pixels);
+                self.update_halves()?;
+                Ok(true)
+            }
+            Ok(_) => {
+                self.under_way = UnderWay::Units(under_way);
+                Ok(false)
+            }
+            Err(error) => {
+                // Some pixels may have units in the mean that others lack.
+                self.under_way = UnderWay::Units(under_way);
+                self.abandon()?;
+                Err(error)
+            }
+        }
+    }
+
+    /// Takes in what a slice has sampled. Returns the number of pixels that have all units of the bundle.
+    fn take_in(&mut self, under_way: &mut BundleUnderWay, sampled: Sampled) -> Result<u32> {
         under_way.bundle.begins = false;
         under_way.lookups += u64::from(sampled.lookups);
-        self.accumulate(&mut under_way, sampled.pixels)?;
-        if sampled.pixels < self.pixels() {
-            self.under_way = UnderWay::Units(under_way);
-            return Ok(false);
-        }
-        self.totals.count(&under_way, sampled.pixels);
-        self.update_halves()?;
-        Ok(true)
+        self.accumulate(under_way, sampled.pixels)?;
+        Ok(sampled.pixels)
     }
 
     fn begin_bundle(&mut self, samples: u32, units: u32) -> Result<BundleUnderWay> {

@@ -87,7 +87,7 @@ impl Renderer {
     }
 
     /// Drops the units under way.
-    fn abandon(&mut self) -> Result<()> {
+    pub(super) fn abandon(&mut self) -> Result<()> {
         match std::mem::take(&mut self.under_way) {
             UnderWay::Units(BundleUnderWay {
                 before: Some(sums), ..

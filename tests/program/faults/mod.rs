@@ -7,7 +7,7 @@
 
 mod subject;
 
-use std::sync::LazyLock;
+use std::sync::{LazyLock, OnceLock};
 
 use isolume::scene::volume::{Endian, VoxelType};
 
@@ -50,6 +50,17 @@ const RESUMED: Subject = Subject {
     never: &[],
 };
 
+/// A picture of a volume that streams, whose bricks are read again and again: units that are sampled together are in the
+/// mean of some pixels before they are in that of others.
+const STREAMED: Subject = Subject {
+    folder: streaming,
+    arguments: "render ball.toml --quiet --variant non-caching --size 8x8 --set volume.path=\"large_96x96x96_uint8.raw\" \
+                --vram-budget 5300000B --ram-budget 100kB --spp 32 --checkpoint c.exr -o a.exr",
+    outputs: &["a.exr"],
+    kept: &["c.exr"],
+    never: &[],
+};
+
 /// Two shards and their merging, which needs no device.
 const MERGED: Subject = Subject {
     folder: shards,
@@ -78,6 +89,34 @@ fn half_done() -> Folder {
     let [picture, cache] = &*CHECKPOINT;
     folder.write("c.exr", picture);
     folder.write("c.exr.cache", cache);
+    folder
+}
+
+/// With the checkpoint of a picture of few samples.
+fn streaming() -> Folder {
+    static CHECKPOINT: OnceLock<Vec<u8>> = OnceLock::new();
+    let folder = Folder::new();
+    let value = |i: usize| {
+        let axis = |step: usize| ((i / step % 96) as f64 - 47.5).powi(2);
+        let distance = (axis(1) + axis(96) + axis(96 * 96)).sqrt();
+        (255.0 - 4.0 * distance).max(0.0) as u8
+    };
+    let voxels: Vec<u8> = (0..96 * 96 * 96).map(value).collect();
+    folder.write("large_96x96x96_uint8.raw", &voxels);
+    let checkpoint = CHECKPOINT.get_or_init(|| {
+        let begun = STREAMED
+            .arguments
+            .replace("--spp 32", "--spp 4 --stats s.json");
+        folder.succeed(&begun);
+        let stats: serde_json::Value =
+            serde_json::from_slice(&folder.read("s.json")).expect("JSON");
+        assert!(stats["bricks"]["resident"].as_u64() < Some(27), "{stats}");
+        for name in ["a.exr", "s.json"] {
+            std::fs::remove_file(folder.path(name)).expect("an output");
+        }
+        folder.read("c.exr")
+    });
+    folder.write("c.exr", checkpoint);
     folder
 }
 
@@ -238,6 +277,12 @@ fn a_volume_may_fail_wherever_it_is_read() {
         tried("read", "shrink", 2, is_refused_or_harmless),
     ];
     RESUMED.try_all(&faults).print("a render that goes on");
+}
+
+#[test]
+fn the_bricks_of_a_volume_may_fail_wherever_they_are_read() {
+    let faults = [tried("read", EIO, 4, is_refused_or_harmless)];
+    STREAMED.try_all(&faults).print("a render that streams");
 }
 
 #[test]
