@@ -2,24 +2,35 @@
 //!
 //! The cache's error is the same in all samples, while the noise of samples falls with their number. So the time is divided
 //! between filling and sampling by what each gains from it (`forecast.rs`). Gathering takes little time and is always worth
-//! it. Before nodes trace whole paths, a trial with few pixels measures the noise and the time of samples.
+//! it. Before nodes trace whole paths, a trial with few pixels measures the noise and the time of samples. Few pixels are large
+//! ones, and much of the noise of marched samples is what differs within a pixel: of a cloud, an eighth of the pixels have
+//! four times the variance. So the trial is repeated with all pixels once that takes little time beside the filling.
 
 use std::time::{Duration, Instant};
 
 use super::Engine;
 use super::batches::{Filled, cache_goal, cache_share_of_time, next_batch};
-use super::forecast::{CachedForecast, FillForecast};
+use super::forecast::{CachedForecast, FillForecast, SampleForecast};
 use super::run::{Progress, Run};
 use super::stop::Stop;
 use crate::error::Result;
 use crate::render::shared::GATHERED;
-use crate::render::{Cache, Until, equivalent_paths};
+use crate::render::{Until, equivalent_paths};
 
 /// Nodes that gather share the errors of the light that they read, which the change from batch to batch does not show.
 /// Until nodes trace whole paths, the measured variance of the cache is multiplied by this.
 const UNSEEN_WHILE_GATHERING: f64 = 5.0;
-/// The samples that are tried have this share of the picture's pixels, at most.
+/// The samples that are tried first have this share of the picture's pixels, at most.
 const SHARE_OF_PIXELS: f64 = 0.125;
+/// Samples of all pixels are tried once the filling has taken so many times as long as they will.
+const LITTLE_TIME: f64 = 20.0;
+
+/// Samples through the cache that were tried before the picture had any.
+#[derive(Clone, Copy)]
+pub(super) struct SamplesAhead {
+    forecast: SampleForecast,
+    are_of_all_pixels: bool,
+}
 
 impl Engine {
     /// Fills the cache, batch after batch, until it is good enough for the run's `pictures` pictures. Returns whether
@@ -86,19 +97,43 @@ impl Engine {
     }
 
     /// Takes a few samples through the cache and forgets them, if the time or the error is limited, nodes have gathered, and
-    /// it is not known yet what samples take. Where the volume streams, few pixels would need as many bricks as all of them.
-    /// Returns whether more is known now.
+    /// it is not known yet, or not well, what samples take. Where the volume streams, few pixels would need as many bricks as
+    /// all of them. Returns whether more is known now.
     pub(super) fn try_samples_ahead(&mut self, stop: &Stop, until: Until<'_>) -> Result<bool> {
-        let is_due = self.updates() >= GATHERED
-            && self.samples_ahead.is_none()
+        let may_be_due = self.updates() >= GATHERED
             && self.totals().samples == 0
             && stop.divides_time()
             && !self.streams();
-        if is_due {
-            let pixels = self.pixels_to_try().min(SHARE_OF_PIXELS * self.pixels());
-            self.samples_ahead = self.try_few_pixels(pixels, until)?;
+        if !may_be_due {
+            return Ok(false);
         }
-        Ok(is_due && self.samples_ahead.is_some())
+        let tried = match self.samples_ahead {
+            None => {
+                let pixels = self.pixels_to_try().min(SHARE_OF_PIXELS * self.pixels());
+                self.try_few_pixels(pixels, until)?
+            }
+            Some(SamplesAhead {
+                forecast,
+                are_of_all_pixels: false,
+            }) if self.seconds_filled() >= LITTLE_TIME * self.seconds_to_try(&forecast) => {
+                self.try_all_pixels(until)?
+            }
+            Some(_) => None,
+        };
+        let Some(forecast) = tried else {
+            return Ok(false);
+        };
+        self.samples_ahead = Some(SamplesAhead {
+            forecast,
+            are_of_all_pixels: self.samples_ahead.is_some(),
+        });
+        Ok(true)
+    }
+
+    /// Time that filling the cache has taken so far.
+    pub(super) fn seconds_filled(&self) -> f64 {
+        let cache = self.renderer.cache();
+        cache.map_or(0.0, |cache| cache.filling.took.as_secs_f64())
     }
 
     /// The share of the time that filling may take.
@@ -113,24 +148,33 @@ impl Engine {
     }
 
     /// Whether the cache is good enough for pictures of the error that is asked for, which are expected to take what `ahead`
-    /// says; where either is missing, whether it has converged.
+    /// says, or has had its share of their time; where neither is known, whether it has converged.
     pub(super) fn is_filled_for(
         &self,
         ahead: Option<CachedForecast>,
         stop: &Stop,
         pictures: u32,
     ) -> bool {
-        let is_converged = |cache: &Cache| cache.filling.is_known_to(cache_goal(stop));
-        match (stop.relative_error, ahead) {
-            (Some(error), Some(ahead)) => ahead.is_filled_for(error, pictures),
-            _ => self.renderer.cache().is_some_and(is_converged),
+        let cache = self.renderer.cache();
+        let is_known_to = |error| cache.is_some_and(|cache| cache.filling.is_known_to(error));
+        match (stop.relative_error, stop.time, ahead) {
+            (Some(error), _, Some(ahead)) if ahead.samples.is_known() => {
+                ahead.is_filled_for(error, pictures)
+            }
+            // The better the cache, the better the picture, unless nothing is left to gain.
+            (None, Some(time), ahead) if !stop.is_counted() => {
+                let time = time.as_secs_f64();
+                let share = ahead.map(|ahead| ahead.best_share(time, pictures));
+                is_known_to(0.0) || share.is_some_and(|share| self.seconds_filled() >= share * time)
+            }
+            _ => is_known_to(cache_goal(stop)),
         }
     }
 
     /// What pictures through the cache are expected to take, if that is known.
     pub(super) fn ahead(&self) -> Option<CachedForecast> {
         Some(CachedForecast {
-            samples: self.samples_ahead?,
+            samples: self.samples_ahead?.forecast,
             fill: self.filling()?,
         })
     }

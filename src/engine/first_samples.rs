@@ -16,7 +16,7 @@ const PIXELS_GPU: f64 = 262_144.0;
 /// A picture with at most so many times the pixels of a trial is sampled whole, as its own beginning: samples of fewer
 /// pixels would be a large part of the work, and thrown away.
 const FEW: f64 = 8.0;
-/// Samples of a picture of few pixels that are taken one by one, and then as many in one unit; fewer where the picture is
+/// Samples of a picture that is tried which are taken one by one, and then as many in one unit; fewer where the picture is
 /// marched, whose samples all take about the same time and have little noise.
 const SAMPLES: u32 = 8;
 const SAMPLES_MARCHED: u32 = 4;
@@ -115,14 +115,34 @@ impl Engine {
         }))
     }
 
-    fn try_small_picture(&mut self, until: Until<'_>) -> Result<Option<SampleForecast>> {
-        self.take(1, 1, until)?;
+    /// Takes samples of all pixels, and forgets them; `None` if `until` comes before.
+    pub(super) fn try_all_pixels(&mut self, until: Until<'_>) -> Result<Option<SampleForecast>> {
+        let tried = self.try_picture(until)?;
         self.begin_picture();
-        let samples = if self.renderer.is_marched() {
+        Ok(tried)
+    }
+
+    /// Seconds that trying all pixels will take if a sample takes as long as `samples` says.
+    pub(super) fn seconds_to_try(&self, samples: &SampleForecast) -> f64 {
+        2.0 * f64::from(self.samples_one_by_one()) * samples.seconds_per_sample
+    }
+
+    fn samples_one_by_one(&self) -> u32 {
+        if self.renderer.is_marched() {
             SAMPLES_MARCHED
         } else {
             SAMPLES
-        };
+        }
+    }
+
+    fn try_small_picture(&mut self, until: Until<'_>) -> Result<Option<SampleForecast>> {
+        self.take(1, 1, until)?;
+        self.begin_picture();
+        self.try_picture(until)
+    }
+
+    fn try_picture(&mut self, until: Until<'_>) -> Result<Option<SampleForecast>> {
+        let samples = self.samples_one_by_one();
         if self.take(1, samples, until)?.is_none() {
             return Ok(None);
         }

@@ -112,6 +112,11 @@ impl Forecast {
 }
 
 impl SampleForecast {
+    /// Whether samples that were tried have met light; otherwise nothing is known of their noise.
+    pub fn is_known(&self) -> bool {
+        self.variance.is_finite()
+    }
+
     /// Square of the relative error that is reported after so many samples; infinite below one, which makes no picture.
     /// Samples come in units of a sixteenth of their number, and the reported error accounts for their even spread only
     /// within a unit.
@@ -138,11 +143,21 @@ impl SampleForecast {
         samples * self.seconds_per_sample + bundles(samples) * self.seconds_per_bundle
     }
 
-    /// The number of samples of a picture for which there is time in so many seconds.
+    /// The number of samples of a picture for which there is time in so many seconds, by bisection.
     fn samples_in(&self, seconds: f64) -> f64 {
-        let most = seconds / self.seconds_per_sample;
-        let left = seconds - bundles(most) * self.seconds_per_bundle;
-        left / self.seconds_per_sample
+        let (mut low, mut high) = (0.0, seconds / self.seconds_per_sample);
+        if self.seconds_per_bundle == 0.0 {
+            return high;
+        }
+        for _ in 0..f64::MANTISSA_DIGITS {
+            let middle = (low + high) / 2.0;
+            if self.seconds_for(middle) <= seconds {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        low
     }
 
     fn seconds_to(&self, error: f64, pictures: u32) -> f64 {
@@ -352,7 +367,11 @@ mod tests {
             ..UNCACHED
         };
         assert!((streamed.seconds_for(256.0) - 7.56).abs() < 1e-9);
-        assert!((128.0..=256.0).contains(&streamed.samples_in(7.56)));
+        for samples in [1.0, 13.0, 256.0, 1e4] {
+            let found = streamed.samples_in(streamed.seconds_for(samples));
+            assert!((found / samples - 1.0).abs() < 1e-9, "{samples}: {found}");
+        }
+        assert!(streamed.samples_in(0.5) < 1.0);
     }
 
     /// However noisy the cache is, there is time left for a sample.

@@ -34,7 +34,7 @@ use crate::render::{Choice, Film, GpuScene, Renderer, Sums, Totals, needed_brick
 use crate::scene::Scene;
 use crate::scene::volume::Volume;
 use figures::{BrickStats, CacheStats, MemoryStats};
-use forecast::SampleForecast;
+use filling::SamplesAhead;
 
 pub use budget::{Budget, BudgetSource, Limit};
 pub use change::Changed;
@@ -63,8 +63,7 @@ pub struct Engine {
     seed: u32,
     /// Bytes of the budget that are set aside for something else.
     reserved: u64,
-    /// What samples through the cache have taken on trial.
-    samples_ahead: Option<SampleForecast>,
+    samples_ahead: Option<SamplesAhead>,
     /// Seconds that a sample of every pixel took last; infinite while it is unknown.
     seconds_per_sample: f64,
     memory: Arc<Memory>,
