@@ -19,10 +19,19 @@ pub struct Refinement {
     /// Number of samples when they were last compared with the march, and their mean then.
     samples: u32,
     mean: Vec<[f32; 4]>,
-    /// Mean square by which it had changed since the comparison before.
-    change: Option<f64>,
+    /// How it had changed since the comparison before.
+    change: Option<Change>,
     /// Number of samples for which the march counts.
     worth: f64,
+}
+
+/// How the mean of samples has changed while their number grew.
+#[derive(Clone, Copy)]
+struct Change {
+    /// How many times as many samples there are as before.
+    growth: f64,
+    /// Mean square of the difference.
+    square: f64,
 }
 
 impl Refinement {
@@ -47,7 +56,10 @@ impl Refinement {
             return;
         }
         if self.samples > 0 {
-            let change = mean_square(&self.mean, mean);
+            let change = Change {
+                growth: f64::from(samples) / f64::from(self.samples),
+                square: mean_square(&self.mean, mean),
+            };
             let noise = self.noise_after(change);
             // What the samples differ by from the march is their noise and the march's error.
             let error = mean_square(&self.march, mean) - noise;
@@ -62,17 +74,20 @@ impl Refinement {
         self.mean = mean.to_vec();
     }
 
-    /// The square of the noise of 2n samples, of which the second half has changed the mean by `change`, squared.
+    /// The square of the noise that the samples have after such a change of their mean.
     ///
-    /// If noise, squared, falls with the power p of the number of samples, so does the change with each doubling, and
-    /// the noise that is left is change/(2ᵖ − 1): p is 1 for independent samples and up to 1.5 for evenly spread rays at
-    /// edges (Mitchell, Consequences of Stratified Sampling in Graphics, 1996).
-    fn noise_after(&self, change: f64) -> f64 {
+    /// If noise, squared, falls with the power p of the number of samples, so does the change whenever that number grows by the
+    /// same factor, and the noise that is left is change/(growthᵖ − 1): p is 1 for independent samples and up to 1.5 for evenly
+    /// spread rays at edges (Mitchell, Consequences of Stratified Sampling in Graphics, 1996).
+    fn noise_after(&self, change: Change) -> f64 {
         let falls_by = match self.change {
-            Some(before) if change > 0.0 => before / change,
-            _ => 2.0,
+            Some(before) if before.growth == change.growth && change.square > 0.0 => {
+                before.square / change.square
+            }
+            _ => change.growth,
         };
-        change / (falls_by.clamp(2.0, 1.5f64.exp2()) - 1.0)
+        let least = change.growth;
+        change.square / (falls_by.clamp(least, least.powf(1.5)) - 1.0)
     }
 
     /// The share that the march has in the picture after so many samples.
@@ -120,35 +135,36 @@ mod tests {
     const TRUTH: f32 = 0.5;
     const NOISE: f32 = 0.2;
 
-    /// Numbers of mean 0 and variance 1: a sum of uniform ones.
-    struct Noise(u64);
+    /// A number of mean 0 and variance 1: a sum of uniform ones.
+    fn normal(rng: &mut fastrand::Rng) -> f32 {
+        (0..12).map(|_| rng.f32()).sum::<f32>() - 6.0
+    }
 
-    impl Noise {
-        fn next(&mut self) -> f32 {
-            let uniform = |state: &mut u64| {
-                *state = state
-                    .wrapping_mul(6364136223846793005)
-                    .wrapping_add(1442695040888963407);
-                (*state >> 40) as f32 / (1 << 24) as f32
-            };
-            (0..12).map(|_| uniform(&mut self.0)).sum::<f32>() - 6.0
-        }
+    /// Means of so many samples, more from one to the next.
+    fn means_of(numbers: &[u32]) -> Vec<Vec<[f32; 4]>> {
+        let mut rng = fastrand::Rng::with_seed(1);
+        let mut sum = vec![0.0; PIXELS];
+        let mut taken = 0;
+        let mean_of = |&number: &u32| {
+            while taken < number {
+                sum.iter_mut()
+                    .for_each(|s| *s += TRUTH + NOISE * normal(&mut rng));
+                taken += 1;
+            }
+            sum.iter().map(|s| [s / taken as f32; 4]).collect()
+        };
+        numbers.iter().map(mean_of).collect()
     }
 
     /// Means of 1, 2, 4 … samples.
     fn means(doublings: u32) -> Vec<Vec<[f32; 4]>> {
-        let mut noise = Noise(1);
-        let mut sum = vec![0.0; PIXELS];
-        let mut taken = 0;
-        (0..doublings)
-            .map(|n| {
-                while taken < 1 << n {
-                    sum.iter_mut()
-                        .for_each(|s| *s += TRUTH + NOISE * noise.next());
-                    taken += 1;
-                }
-                sum.iter().map(|s| [s / taken as f32; 4]).collect()
-            })
+        means_of(&(0..doublings).map(|n| 1 << n).collect::<Vec<_>>())
+    }
+
+    fn march_with_error(error: f32) -> Vec<[f32; 4]> {
+        let mut rng = fastrand::Rng::with_seed(1 << 40);
+        (0..PIXELS)
+            .map(|_| [TRUTH + error * normal(&mut rng); 4])
             .collect()
     }
 
@@ -158,10 +174,7 @@ mod tests {
 
     #[test]
     fn the_mean_of_march_and_samples_is_better_than_either_and_better_with_each_sample() {
-        let mut noise = Noise(2);
-        let march: Vec<_> = (0..PIXELS)
-            .map(|_| [TRUTH + 0.05 * noise.next(); 4])
-            .collect();
+        let march = march_with_error(0.05);
         let mut last = error(&march);
         let mut refinement = Refinement::of(march);
         for (n, mean) in means(8).iter().enumerate() {
@@ -179,6 +192,22 @@ mod tests {
             "{}",
             refinement.worth
         );
+    }
+
+    /// Where the volume streams, the number of samples grows in larger steps at first.
+    #[test]
+    fn a_march_counts_for_as_many_samples_however_their_number_grows() {
+        let numbers = [1, 4, 16, 32, 128];
+        let mut refinement = Refinement::of(march_with_error(0.05));
+        for (samples, mean) in numbers.iter().zip(means_of(&numbers)) {
+            refinement.compare(*samples, &mean);
+            // Where samples are much noisier than the march, their noise hides its error.
+            let worth = refinement.worth;
+            assert!(
+                *samples < 16 || (worth / 16.0 - 1.0).abs() < 0.1,
+                "{samples}: {worth}"
+            );
+        }
     }
 
     #[test]

@@ -111,7 +111,7 @@ impl Engine {
             so_far.samples = self.renderer.totals().samples;
             so_far.units = self.renderer.totals().units;
             so_far.took = watch.elapsed();
-            if run.stop.relative_error.is_some() || so_far.took >= next_look {
+            if run.stop.may_end_by_error(so_far.units) || so_far.took >= next_look {
                 so_far.relative_error = self.sure_error()?;
                 let look = watch.elapsed() - so_far.took;
                 so_far.took += look;

@@ -77,7 +77,7 @@ impl Stop {
             return Some(of_range.unwrap_or(StopReason::Spp(goal)));
         }
         if let Some(goal) = self.relative_error
-            && so_far.units >= UNITS_TO_TRUST
+            && self.may_end_by_error(so_far.units)
             && so_far.relative_error <= goal
         {
             return Some(StopReason::RelativeError(goal));
@@ -92,6 +92,11 @@ impl Stop {
             return Some(StopReason::Time(goal));
         }
         None
+    }
+
+    /// Whether the error of so many units may end a picture.
+    pub(super) fn may_end_by_error(&self, units: u32) -> bool {
+        self.relative_error.is_some() && units >= UNITS_TO_TRUST
     }
 
     /// Seconds until it is reached, estimated from the progress so far.

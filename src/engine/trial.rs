@@ -106,7 +106,8 @@ impl<'a> Trial<'a> {
     }
 
     /// The engine in the variant that is expected to be the fastest for the work, of those that the scene allows and that
-    /// fit. What a trial has put into a cache stays there, and so do the first samples of a picture that were taken whole.
+    /// fit. What a trial has put into a cache stays there, unless a finer one was tried before it and is taken, and so do the
+    /// first samples of a picture that were taken whole.
     ///
     /// The variant without a cache is tried first, and where the work takes long enough, the caches that the plan leaves open.
     ///
@@ -151,9 +152,7 @@ impl<'a> Trial<'a> {
             _ => Some(self.engine.sums()?),
         };
         drop(self.engine);
-        // What is kept of the picture need not be sampled again.
-        let to_go_back = making - watch.elapsed().as_secs_f64();
-        match setup.best_of(caches, &uncached, &task, to_go_back, &mut watch)? {
+        match setup.best_of(caches, &uncached, &task, making, &mut watch)? {
             Contest::Won(engine, watch) => Ok(Tried::settled(*engine, watch)),
             Contest::Lost { why } => {
                 let mut engine = setup.engine(plain)?;
@@ -208,16 +207,18 @@ struct TriedCache {
 
 impl Setup<'_> {
     /// Looks for the best of these caches that is better than none. Apart from compiling for them, caches that are tried
-    /// share a time that is short beside the work's. If that was in vain, `watch` has it as well.
+    /// share a time that is short beside the work's. If that was in vain, `watch` has it as well. `making`: seconds that it
+    /// takes to make an engine.
     fn best_of(
         &self,
         caches: Vec<Choice>,
         uncached: &SampleForecast,
         task: &Task<'_>,
-        to_go_back: f64,
+        making: f64,
         watch: &mut Stopwatch,
     ) -> Result<Contest> {
-        let end = watch.elapsed().as_secs_f64() + SHARE * uncached.seconds_of(task);
+        let sampled = watch.elapsed().as_secs_f64();
+        let end = sampled + SHARE * uncached.seconds_of(task);
         let uncached = Forecast::Uncached(*uncached);
         let mut best: Option<(Choice, CachedForecast)> = None;
         let mut why = TOO_SLOW.to_string();
@@ -226,9 +227,11 @@ impl Setup<'_> {
             let mut engine = self.engine(choice.clone())?;
             // Some drivers compile a pass when it first runs, which tells nothing of how long it takes.
             engine.warm_up()?;
-            let rival = best
-                .as_ref()
-                .map_or(uncached, |(_, best)| Forecast::Cached(*best));
+            // What is kept of the picture without a cache need not be sampled again.
+            let (rival, to_go_back) = match &best {
+                None => (uncached, making - sampled),
+                Some((_, best)) => (Forecast::Cached(*best), making),
+            };
             let mut filling = Stopwatch::paused();
             let left = (end - watch.elapsed().as_secs_f64()).max(0.0);
             let until = task.until(Duration::try_from_secs_f64(left).ok());
@@ -323,11 +326,5 @@ impl Engine {
         let is_done = caching.batch(next_batch_size(updates), until);
         watch.pause();
         is_done
-    }
-
-    /// Time that filling the cache has taken so far.
-    fn seconds_filled(&self) -> f64 {
-        let cache = self.renderer.cache();
-        cache.map_or(0.0, |cache| cache.filling.took.as_secs_f64())
     }
 }
