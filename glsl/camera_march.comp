@@ -60,7 +60,7 @@ const Front NOTHING_MET = Front(vec3(0.0), 1.0, 0.0, vec4(0.0), vec4(0.0), mat4x
                                 Tail(0.0, 0.0, NOTHING, uvec2(0u)));
 
 // Leaves a tail to paths. Of all tails of the ray one is kept, with a probability in proportion to its weight, and gets the
-// weight of all: weighted reservoir sampling with one place.
+// weight of all: weighted reservoir sampling with one place (Chao, A General Purpose Unequal Probability Sampling Plan, 1982).
 void leave_to_paths(inout Front front, Tail tail, inout Random random) {
     float sum = front.tail.weight + tail.weight;
     if (random_numbers(random).x * sum < tail.weight) {

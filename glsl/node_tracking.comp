@@ -97,11 +97,16 @@ bool has_suns_already(Path path) {
 }
 
 bool begin_item(inout Path path) {
-    uint item = atomicAdd(counters.count.next, 1u);
-    uint index = turn_of(item);
-    if (index >= push.turns) {
+    uint items = first_item_of(push.turns);
+    // Slots ask again in every dispatch until the longest path has ended: the counter must not wrap around.
+    if (counters.count.next >= items) {
         return false;
     }
+    uint item = atomicAdd(counters.count.next, 1u);
+    if (item >= items) {
+        return false;
+    }
+    uint index = turn_of(item);
     Turn turn = turns.at[index];
     ivec3 node = node_at(index, turn.place, item - first_item_of(index));
     uvec3 lattice = scene.cache_nodes;

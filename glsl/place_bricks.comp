@@ -11,7 +11,7 @@ layout(scalar) readonly buffer StagingBlock { uint words[]; } staging;
 layout(scalar) readonly buffer PieceBlock { BrickPiece at[]; } pieces;
 layout(VOLUME_FORMAT) writeonly uniform image3D volume;
 
-// What a store makes n of in an image of normalised integers, whether the device rounds to the nearest or cuts off.
+// The float that a store into an image of normalised integers turns into n, whether the device rounds or truncates.
 float normalised(uint n, uint largest) {
     return min((float(n) + 0.25) / float(largest), 1.0);
 }

@@ -36,7 +36,7 @@ struct Front {
     float transmittance;
 };
 
-// A random number for what this thread does with a value.
+// A number in [0, 1) that depends on the thread and on `value` alone, for decisions that need no stream of numbers.
 float number_at(float value) {
     Random random = Random(gl_GlobalInvocationID.x, gl_GlobalInvocationID.y, floatBitsToUint(value));
     return random_numbers(random).x;

@@ -12,8 +12,7 @@
 // rays reads a node, it keeps the guess (src/render/cache/focus.rs): a path that comes there continues as if there were no
 // cache.
 //
-// Values are in units of scene.cache_unit: no format overflows, and they stay right when all lights are dimmed or
-// coloured alike.
+// Values are in units of scene.cache_unit: they are near 1, and stay right when all lights are dimmed or coloured alike.
 
 #include "scene.glsl"
 #include "nodes.glsl"
@@ -149,13 +148,16 @@ CachedLight read_cache(Cube cube) {
     return r;
 }
 
+const float LARGEST_F16 = 65504.0;
+
 // Rounds mantissas to the 10 bits of a 16-bit float, to nearest even, since a device's own conversion may round towards
-// zero. (Denormals are left to that conversion.)
+// zero. (Denormals are left to that conversion.) A node's first few paths may bring more than fits, where the phase
+// function is very narrow: infinite light would never fade.
 vec4 rounded(vec4 x) {
     if (!cache_is_f16) {
         return x;
     }
-    uvec4 bits = floatBitsToUint(x);
+    uvec4 bits = floatBitsToUint(clamp(x, -LARGEST_F16, LARGEST_F16));
     bits += 0xFFFu + (bits >> 13u & 1u);
     return uintBitsToFloat(bits & ~0x1FFFu);
 }
@@ -188,8 +190,8 @@ ivec3 along(uint axis) {
     return ivec3(equal(uvec3(axis), uvec3(0u, 1u, 2u)));
 }
 
-// What has to be added to read_cache where light is curved along an axis: −½·p(1 − p)·f″, with f″ from the nodes on both
-// sides.
+// What has to be added to read_cache where light is curved along an axis: −½·p(1 − p)·f″, the remainder of linear
+// interpolation at a share p of the way, with f″ from the nodes on both sides.
 vec3 curvature_correction(uint axis, Cube cube) {
     ivec3 e = along(axis);
     ivec3 low = cube.low;

@@ -245,8 +245,9 @@ vec4 position_in_part(float slope, vec4 share) {
     return 2.0 * share / (begins + sqrt(max(begins * begins + 4.0 * slope * share, 0.0)) + 1e-30);
 }
 
-// Distances of collisions in a step for four numbers in [0, 1): samples from the density T(x)·σt(x). Inverts
-// (1 − exp(−τ(x))) / (1 − exp(−τ)) to second order in `alpha`.
+// Distances of collisions in a step for four numbers u in [0, 1): samples from the density T(x)·σt(x), by inverting
+// u = (1 − exp(−τ(x))) / α with α = 1 − exp(−τ). The share τ(x)/τ = ln(1 − αu) / ln(1 − α) is, to second order in α,
+// u − αu(1 − u)·(½ + α·(1 + 4u)/12).
 vec4 sample_collisions(MarchStep s, vec4 u) {
     vec4 share = u - s.alpha * u * (1.0 - u) * (0.5 + s.alpha * (1.0 / 12.0) * (1.0 + 4.0 * u));
     if (is_linear) {

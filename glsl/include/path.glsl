@@ -58,6 +58,8 @@ void begin_path(inout Path path) {
     path.pdf = NO_MIS;
     path.inside = 0u;
     path.surface = NOTHING;
+    // The majorant of a path's block is read before it is known whether the path goes on.
+    path.block = ivec3(0);
 }
 
 // The path's flight begins on `ray`, at path.origin.

@@ -47,7 +47,7 @@ pub struct PathQueue {
 pub struct Advanced {
     /// Reads of the volume by tracking.
     pub lookups: u32,
-    /// Paths from the cache's nodes that have ended.
+    /// Paths that have ended.
     pub finished: u32,
     /// Whether some path is still on its way.
     pub under_way: bool,
@@ -164,7 +164,8 @@ impl PathQueue {
 
     /// Adapts the length of dispatches to the last one, which took `share` of the time that it should.
     fn adapt(&mut self, share: f64, slots: u32, lookups: u32, most_were_busy: bool) {
-        // Each lookup counts as two iterations, or more.
+        // What the dispatch would have taken had all slots been busy. Its lookups tell how many were: about one comes in two
+        // iterations.
         let all = f64::from(slots) * f64::from(self.iterations);
         let of_all = share * (all / (2.0 * f64::from(lookups.max(1)))).max(1.0);
         if of_all < 0.5 {

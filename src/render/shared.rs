@@ -276,7 +276,7 @@ shared! {
     }
 
     /// Counters that the shaders add to and the host reads after every dispatch, in `published` after every
-    /// round; they start at zero with a queue and wrap around.
+    /// round; they start at zero with a queue, and all but `next` wrap around.
     pub struct Counters {
         /// The next item to hand out.
         pub next: uint,
@@ -284,7 +284,7 @@ shared! {
         pub unfinished: uint,
         /// Reads of the volume by tracking: tentative collisions.
         pub lookups: uint,
-        /// Paths from nodes that have ended; in `published`, from cells.
+        /// Paths that have ended.
         pub finished: uint,
         /// Cubes of the cache whose bit is set (cube_bits.glsl).
         pub marked_cubes: uint,
