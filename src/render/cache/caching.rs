@@ -129,16 +129,19 @@ impl Caching<'_> {
         let admission = match &r.bricks {
             Some(bricks) => {
                 bricks.begin_preview();
-                bricks.begin_pixels(self.frame)?
+                bricks.begin_pixels(self.frame)
             }
-            None => Admission::of_slots(),
+            None => Ok(Admission::of_slots()),
         };
-        let marched = self.frame.run(|recording| {
-            r.record_reading(recording, &admission, |recording| {
-                cache.record_march(recording, r)
-            })?;
-            tone_map.record(recording, &r.unit_sum, to, push)
+        let marched = admission.and_then(|admission| {
+            self.frame.run(|recording| {
+                r.record_reading(recording, &admission, |recording| {
+                    cache.record_march(recording, r)
+                })?;
+                tone_map.record(recording, &r.unit_sum, to, push)
+            })
         });
+        // Whatever has failed, other pictures wait for their bricks.
         let ended = match &r.bricks {
             Some(bricks) => bricks.end_preview(self.frame, &r.volume),
             None => Ok(()),

@@ -200,8 +200,8 @@ impl Focus {
 
     /// Paths that a node that gets any has had, on average over the bricks.
     pub fn mean_paths(&self) -> f64 {
-        let sum: f64 = self.had.iter().map(|&had| f64::from(had)).sum();
-        sum / self.had.len().max(1) as f64
+        let sum: u64 = self.had.iter().map(|&had| u64::from(had)).sum();
+        sum as f64 / self.had.len().max(1) as f64
     }
 }
 

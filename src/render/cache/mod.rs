@@ -1,5 +1,5 @@
-//! The caching variant's state: how many paths each node has had, and how far the picture that the cache shows still
-//! is from what more paths would make of it (`error.rs`).
+//! The caching variant: its passes, its memory, and its filling, batch after batch. Each ends with a measurement of how far the
+//! picture that the cache shows still is from what more paths would make of it (`error.rs`).
 //!
 //! Where the picture at rest is marched, the cache is read only along the camera's rays, and nodes get paths according to
 //! their weight in the picture (`focus.rs`); *updates* are the paths of the nodes that get most. Batches double, as a rule:
@@ -251,12 +251,13 @@ impl Cache {
         }
         let took = began.elapsed();
         self.filling.took += took;
-        let pace = if self.memory.layout.gathers && batch_gathers(before, samples) {
-            &mut self.filling.gathering
-        } else {
-            &mut self.filling.tracing
-        };
-        pace.add(finished, took);
+        let gathers = self.memory.layout.gathers && batch_gathers(before, samples);
+        match samples {
+            // Of nodes that catch up, some gather and some do not.
+            0 => {}
+            _ if gathers => self.filling.gathering.add(finished, took),
+            _ => self.filling.tracing.add(finished, took),
+        }
         let is_over = samples > 0 || !self.sight.focus.lags(self.filling.updates);
         Ok(!progress.under_way && is_over)
     }

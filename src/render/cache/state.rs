@@ -30,6 +30,7 @@ pub struct CacheState {
     work: FillingWork,
     is_wide: bool,
     all_from: Option<u32>,
+    /// Named as in older files.
     #[serde(rename = "has_looked")]
     is_weighed: bool,
     bricks: usize,
