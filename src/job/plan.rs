@@ -37,7 +37,7 @@ struct Bricks {
     total: u32,
     /// Bricks in which the medium scatters or a surface shows.
     needed: u32,
-    /// Bricks for which there is room on the GPU, and their share of the needed ones.
+    /// The needed bricks for which there is room on the GPU, and their share of all needed ones.
     resident: u32,
     share: f64,
     /// Bytes of the host's memory for bricks.
@@ -51,12 +51,13 @@ struct Bricks {
 impl Bricks {
     fn of(layout: &BrickLayout, needed: u32, voxel_bytes: usize, host_bytes: u64) -> Bricks {
         let first_read_bytes = u64::from(needed) * layout.brick_bytes(voxel_bytes);
+        let resident = layout.capacity().min(needed);
         Bricks {
             side: layout.side,
             total: layout.total(),
             needed,
-            resident: layout.capacity().min(layout.total()),
-            share: f64::from(layout.capacity().min(needed)) / f64::from(needed.max(1)),
+            resident,
+            share: f64::from(resident) / f64::from(needed.max(1)),
             host_bytes,
             first_read_bytes,
             later_read_bytes: if needed <= layout.capacity() {
@@ -125,8 +126,8 @@ impl Printed<'_> {
                 later_read_bytes,
             } = bricks;
             text += &format!(
-                "the volume streams: {total} bricks of {side} voxels a side, of which {needed} are needed and {resident} are \
-                 on the GPU at a time ({:.0} %)\n",
+                "the volume streams: {total} bricks of {side} voxels a side, of which {needed} are needed and {resident} of \
+                 these are on the GPU at a time ({:.0} %)\n",
                 100.0 * share
             );
             text += &format!(

@@ -22,7 +22,7 @@ use in_bricks::InBricks;
 /// What is planned for.
 pub struct Planner<'a> {
     device: &'a Arc<Device>,
-    /// Those of the device, or of another one that is planned for.
+    /// Those of the device; in tests, also those of devices that are not at hand.
     limits: &'a DeviceSummary,
     /// Bytes of the GPU's memory.
     budget: u64,

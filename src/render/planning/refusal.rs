@@ -4,7 +4,7 @@ use super::in_bricks::{InBricks, least};
 use super::ladder::COARSEST;
 use super::{Plan, Planner};
 use crate::bytes::exactly;
-use crate::error::{MemoryError, Result, unless_refused};
+use crate::error::{Error, MemoryError, Result, unless_refused};
 use crate::render::gpu_scene::GpuScene;
 use crate::scene::Variant;
 
@@ -39,8 +39,23 @@ impl InBricks<'_> {
             (Variant::Caching, Some(smallest_cache)) if without_cache.bytes() <= budget => {
                 planner.no_cache(&without_cache, smallest_cache)
             }
+            (Variant::Caching, None)
+                if without_cache.bytes() <= budget
+                    && let Some(limit) = self.limit_of_caches() =>
+            {
+                limit
+            }
             (_, smallest_cache) => too_small(&without_cache, budget, smallest_cache),
         }))
+    }
+
+    /// The device's limit that no cache stays within, however large the budget is.
+    fn limit_of_caches(&self) -> Option<MemoryError> {
+        let limit = |scene| match self.planner.plan(&scene) {
+            Err(Error::Memory(limit)) => Some(limit),
+            _ => None,
+        };
+        self.caches().find_map(limit)
     }
 
     /// The smaller of the plans with the volume whole and in as few bricks as will do.
@@ -71,9 +86,7 @@ impl Planner<'_> {
             other => format!("the whole volume is impossible: {other}"),
         }
     }
-}
 
-impl Planner<'_> {
     /// The error for a scene that asks for a cache where only the variant without one fits.
     pub(super) fn no_cache(&self, without: &Plan, smallest_cache: String) -> MemoryError {
         MemoryError::Cache {

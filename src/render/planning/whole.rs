@@ -97,7 +97,7 @@ struct Obstacle {
     why: String,
 }
 
-/// What the chosen variant takes stands in the plan, which an edit may replace while the choice stays.
+/// Why the plan's variant was chosen, as the end of a sentence. Without its bytes, since an edit may replace the plan.
 fn reason(plan: &Plan, wanted: Variant, better: Option<&str>) -> String {
     let asked = match wanted {
         Variant::Caching => "it was asked for, and ",

@@ -230,6 +230,21 @@ fn limits_are_named() {
     );
 }
 
+/// What is in the way of a cache is not the budget.
+#[test]
+fn a_cache_that_the_pictures_size_forbids_is_refused_for_that() {
+    let large = |scene: &mut Scene| {
+        scene.surfaces.iso.push(crate::memory_plan::clay(50.0));
+        scene.render.size = [3840, 2160];
+        scene.render.variant = Variant::Caching;
+    };
+    let piece = "tails needs 158.2 MiB, but llvmpipe takes buffers of at most 128.0 MiB";
+    assert_choices(
+        (dense(64, Kind::U8), large),
+        &[(lavapipe, Heap, Err(()), piece)],
+    );
+}
+
 /// Each point has a column of an image, and the last one two.
 #[test]
 fn a_transfer_function_has_no_more_points_than_an_image_columns() {
