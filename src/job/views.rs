@@ -35,13 +35,19 @@ pub fn files(args: &RenderArgs) -> Vec<Vec<PathBuf>> {
     (1..=count.get()).map(of).collect()
 }
 
-/// All pictures of the render, in order, which go into these files.
+/// All pictures of the render, in order, which go into these files. An orbit whose distance is not given keeps the whole box in
+/// all of them.
 pub fn views(files: Vec<Vec<PathBuf>>, args: &RenderArgs, opened: &Opened) -> Vec<View> {
+    let mut first = opened.scene.camera;
+    if args.orbit.is_some_and(|count| count.get() > 1) && opened.file.camera.eye.is_none() {
+        let [width, height] = opened.scene.render.size.map(f64::from);
+        first = first.framing_a_turn(opened.volume.extent(), width / height);
+    }
     let view = |(number, files): (u32, Vec<PathBuf>)| {
         let mut scene = opened.scene.clone();
         if let Some(count) = args.orbit {
             let share = f64::from(number - 1) / f64::from(count.get());
-            scene.camera = scene.camera.orbited(share);
+            scene.camera = first.orbited(share);
         }
         View {
             number,

@@ -158,6 +158,30 @@ impl Camera {
             projection,
         }
     }
+
+    /// A camera that looks from the same side and is at least as far away, so that the whole box stays in the picture while it
+    /// turns about its target.
+    pub fn framing_a_turn(self, extent: [f64; 3], aspect: f64) -> Camera {
+        const DIRECTIONS: u32 = 64;
+        let target = DVec3::from(self.target);
+        let from_target = |camera: Camera| DVec3::from(camera.eye) - target;
+        let needed = |n| {
+            let turned = self.orbited(f64::from(n) / f64::from(DIRECTIONS));
+            let Camera { up, projection, .. } = self;
+            let towards_eye = from_target(turned).to_array();
+            let framing = Camera::framing(extent, self.target, towards_eye, up, projection, aspect);
+            from_target(framing).length()
+        };
+        let needed = (1..DIRECTIONS).map(needed).fold(0.0, f64::max);
+        let (back, distance) = from_target(self).normalize_and_length();
+        if needed <= distance {
+            return self;
+        }
+        Camera {
+            eye: (target + back * needed).to_array(),
+            ..self
+        }
+    }
 }
 
 /// The unit vector along the axis that grows, or shrinks, towards `side`.
@@ -171,4 +195,35 @@ fn direction_of(side: Anatomical, Axes(axes): Axes) -> [f64; 3] {
             0.0
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether the box is in the picture, with some air around it.
+    fn shows(camera: &Camera, extent: [f64; 3], aspect: f64) -> bool {
+        let back = (DVec3::from(camera.eye) - DVec3::from(camera.target)).to_array();
+        let Camera { target, up, .. } = *camera;
+        let closest = Camera::framing(extent, target, back, up, camera.projection, aspect);
+        let distance = |camera: &Camera| (DVec3::from(camera.eye) - DVec3::from(target)).length();
+        distance(camera) >= distance(&closest) * (1.0 - 1e-9)
+    }
+
+    #[test]
+    fn a_box_stays_in_the_picture_while_the_camera_turns_about_it() {
+        let projection = Projection::Perspective { fov_y: 40.0 };
+        let (extent, aspect) = ([1.0, 1.0, 2.0], 4.0 / 3.0);
+        let from =
+            |side| Camera::framing(extent, [0.0; 3], side, [0.0, 1.0, 0.0], projection, aspect);
+        let narrow = from([0.0, 0.0, 1.0]);
+        let turned = |camera: &Camera, n: u32| camera.orbited(f64::from(n) / 8.0);
+        assert!(!shows(&turned(&narrow, 2), extent, aspect));
+        let farther = narrow.framing_a_turn(extent, aspect);
+        for n in 0..8 {
+            assert!(shows(&turned(&farther, n), extent, aspect), "{n}");
+        }
+        let is_far_enough = farther.framing_a_turn(extent, aspect);
+        assert_eq!(is_far_enough, farther);
+    }
 }
