@@ -93,7 +93,13 @@ pub fn volume(path: &Path, edits: &[Edit], json: bool) -> Result<Description> {
         orientation: volume.axes.map(|axes| axes.to_string()),
         growth: volume.axes.map(|axes| {
             let [x, y, z] = axes.0.map(|direction| direction.name());
-            format!("x grows towards {x}, y towards {y}, z towards {z}")
+            let turned = match volume.file_axes {
+                Some(file_axes) if file_axes != axes => {
+                    format!("; {file_axes} in the file, whose slowest axis is reversed")
+                }
+                _ => String::new(),
+            };
+            format!("x grows towards {x}, y towards {y}, z towards {z}{turned}")
         }),
         histogram: bins.collect(),
         notes: volume.notes,

@@ -124,8 +124,7 @@ pub(super) fn describe_volume(page: &mut Page, file: &SceneFile, volume: &Volume
     page.line("spacing", volume.spacing, "world units a voxel");
     let grow = "where i, j, k of the file grow: L|R, A|P, S|I";
     let example = format!("axes = \"LPI\" says {grow}");
-    // Axes that the loader has already turned would be turned again if they were written as a key.
-    match (&table.axes, volume.axes) {
+    match (&table.axes, volume.file_axes) {
         (Some(written), _) => page.line("axes", written, grow),
         (None, Some(axes)) => {
             page.comment(&format!("axes: {axes}, from the file; a key {example}"))

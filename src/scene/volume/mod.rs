@@ -83,6 +83,8 @@ pub struct Volume {
     pub range: [f64; 2],
     /// The anatomical directions in which i, j and k grow, if the header or the user says so.
     pub axes: Option<Axes>,
+    /// The same as the file or the user has them, before left-handed axes became right-handed.
+    pub file_axes: Option<Axes>,
     /// The file's own type.
     pub voxel_type: VoxelType,
     /// How the file stores it, as information for users.

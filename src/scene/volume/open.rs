@@ -149,6 +149,7 @@ fn open(
         offset,
         range: range_of(conversion, &extremes)?,
         axes,
+        file_axes: orientation.axes,
         voxel_type: header.voxel_type,
         storage: header.storage,
         notes,

@@ -51,6 +51,7 @@ impl Volume {
         Volume {
             dims,
             file_dims: dims,
+            file_axes: None,
             spacing: [1.0; 3],
             stored,
             scale: 1.0,

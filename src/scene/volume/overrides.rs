@@ -13,8 +13,8 @@ pub struct VolumeOverrides {
     /// Raw files only; little if absent.
     pub endian: Option<Endian>,
     pub spacing: Option<[f64; 3]>,
-    /// Index of the channel, counted from 0; if absent the first, of OpenVDB's grids `density`. Formats that may hold several
-    /// only.
+    /// Index of the channel, counted from 0; the first if absent, or the OpenVDB grid that is named `density`. Formats that may
+    /// hold several only.
     pub channel: Option<u32>,
     /// Index of the time, likewise.
     pub time: Option<u32>,

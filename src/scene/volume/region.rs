@@ -92,7 +92,7 @@ impl Region {
         self
     }
 
-    /// The first voxel of each row in a volume of `whole` voxels, x fastest.
+    /// The first voxel of each row in a volume of so many voxels along x and y, x fastest.
     pub(super) fn rows(self, [width, height, _]: [u32; 3]) -> impl Iterator<Item = usize> {
         let [i, j, k] = self.low.map(|low| low as usize);
         let [width, height] = [width as usize, height as usize];

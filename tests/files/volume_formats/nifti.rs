@@ -22,6 +22,8 @@ fn nifti_orientation_is_sform_then_qform() {
     let volume = load_bytes("v.nii", &file.bytes);
     assert_eq!(volume.axes.unwrap().to_string(), "ALS");
     assert!(volume.notes[0].contains("ALI became ALS"));
+    // What a scene says of the file can be written as the key.
+    assert_eq!(volume.file_axes.unwrap().to_string(), "ALI");
 
     // Radiological storage: i to the left. k is reversed so that left stays left.
     file.int16(254, 2);
@@ -44,6 +46,22 @@ fn nifti_takes_the_qform_where_the_sform_is_zero() {
     let volume = load_bytes("v.nii", file.bytes);
     assert_eq!(volume.axes.unwrap().to_string(), "LPS");
     assert_eq!(volume.spacing, [1.5, 2.0, 2.5]);
+}
+
+/// Registrations to an atlas are written as the sform, and the scanner's frame stays in the qform.
+#[test]
+fn nifti_takes_the_qform_where_the_sform_is_sheared() {
+    let mut file = u8s().nifti();
+    file.int16(254, 4);
+    file.floats(280, &[1., 1., 0., 0., 0., 2., 0., 0., 0., 0., 3., 0.]);
+    refuses("v.nii", &file.bytes, &["sform"]);
+    file.int16(252, 1);
+    file.floats(256, &[0.0, 0.0, 1.0]);
+    let volume = load_bytes("v.nii", file.bytes);
+    assert_eq!(volume.axes.unwrap().to_string(), "LPS");
+    assert_eq!(volume.spacing, [1.5, 2.0, 2.5]);
+    let note = "the qform is used instead";
+    assert!(volume.notes[0].contains(note), "{:?}", volume.notes);
 }
 
 #[test]

@@ -49,7 +49,7 @@ fn shape(fields: &Fields) -> Parsed<([u32; 3], usize, Several)> {
         None | Some("3") => 3,
         Some("4") => 4,
         Some(other) => {
-            let expected = "3, or 4 of which one is time; extract the volume to render first";
+            let expected = "3, or 4 of which one is time: neither a single picture nor more axes";
             return Err(unexpected("NDims", other, expected));
         }
     };

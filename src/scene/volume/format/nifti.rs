@@ -91,11 +91,9 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     };
     let fields = Fields::read(path, encoding)?;
     let (dims, count, several) = dims(&fields)?;
-    let mut unknown = Vec::new();
-    let geometry = geometry(&fields, count, &mut unknown);
-    if overrides.spacing.is_some() {
-        unknown.clear();
-    }
+    let mut notes = Vec::new();
+    let is_spacing_known = overrides.spacing.is_some();
+    let geometry = geometry(&fields, count, is_spacing_known, &mut notes);
     let (slope, intercept) = rescale(&fields);
     let voxel_type = voxel_type(fields.int(fields.places.datatype, 2))?;
     let data = Data {
@@ -113,7 +111,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
         geometry,
         slope,
         intercept,
-        notes: [storage.notes(), unknown].concat(),
+        notes: [storage.notes(), notes].concat(),
         storage: Storage {
             unit: fields.unit(),
             ..storage
@@ -311,40 +309,64 @@ fn rescale(fields: &Fields) -> (f64, f64) {
     )
 }
 
-/// The affine "sform" if there is one, else the rotation "qform", else nothing but voxel sizes. Some programs write an sform
-/// of zeros, which is none.
+/// The affine "sform" if there is one, else the rotation "qform", else nothing but voxel sizes. Where the sform is a
+/// registration that shears, the qform beside it is where the scanner saw the voxels.
 fn geometry(
     fields: &Fields,
     count: usize,
-    unknown: &mut Vec<String>,
+    is_spacing_known: bool,
+    notes: &mut Vec<String>,
 ) -> Parsed<([f64; 3], Orientation)> {
+    let orientation = match (sform(fields), qform(fields)) {
+        (Some(Ok(affine)), _) => return Ok(affine),
+        (Some(Err(fault)), Some(Ok(orientation))) => {
+            notes.push(format!("{fault}; the qform is used instead"));
+            orientation
+        }
+        (Some(Err(fault)), _) => return Err(fault),
+        (None, Some(orientation)) => orientation?,
+        (None, None) => Orientation::UNKNOWN,
+    };
+    let (spacing, unknown) = voxel_size(fields, count);
+    if !is_spacing_known {
+        notes.extend(unknown);
+    }
+    Ok((spacing, orientation))
+}
+
+/// Some programs write an sform of zeros, which is none.
+fn sform(fields: &Fields) -> Option<Parsed<([f64; 3], Orientation)>> {
     let places = fields.places;
-    let frame = Coordinates::Anatomical(Axes::RAS);
     let rows: [[f64; 4]; 3] =
         std::array::from_fn(|row| fields.floats(places.srow + 4 * places.real * row));
-    if fields.code(places.sform_code) > 0 && rows != [[0.0; 4]; 3] {
+    (fields.code(places.sform_code) > 0 && rows != [[0.0; 4]; 3]).then(|| {
         let steps = std::array::from_fn(|axis| rows.map(|row| row[axis]));
-        return Orientation::from_steps(steps, frame).map_err(|fault| format!("sform: {fault}"));
-    }
-    let spacing = voxel_size(fields, count, unknown);
-    if fields.code(places.qform_code) > 0 {
+        Orientation::from_steps(steps, Coordinates::Anatomical(Axes::RAS))
+            .map_err(|fault| format!("sform: {fault}"))
+    })
+}
+
+fn qform(fields: &Fields) -> Option<Parsed<Orientation>> {
+    let places = fields.places;
+    (fields.code(places.qform_code) > 0).then(|| {
         let [handedness] = fields.floats(places.pixdim);
         let mut directions = rotation(fields.floats(places.quatern));
         if handedness < 0.0 {
             directions[2] = directions[2].map(|x| -x);
         }
-        return match Orientation::from_steps(directions, frame) {
-            Ok((_, orientation)) => Ok((spacing, orientation)),
+        match Orientation::from_steps(directions, Coordinates::Anatomical(Axes::RAS)) {
+            Ok((_, orientation)) => Ok(orientation),
             Err(fault) => Err(format!("qform: {fault}")),
-        };
-    }
-    Ok((spacing, Orientation::UNKNOWN))
+        }
+    })
 }
 
-/// The voxel size by `pixdim`, of which only the amount counts: some programs mark a reversed axis by a sign.
-fn voxel_size(fields: &Fields, count: usize, unknown: &mut Vec<String>) -> [f64; 3] {
+/// The voxel size by `pixdim`, of which only the amount counts: some programs mark a reversed axis by a sign. With a note for
+/// each axis along which it is unknown.
+fn voxel_size(fields: &Fields, count: usize) -> ([f64; 3], Vec<String>) {
     let pixdim: [f64; 4] = fields.floats(fields.places.pixdim);
-    [1, 2, 3].map(|axis| match pixdim[axis].abs() {
+    let mut unknown = Vec::new();
+    let spacing = [1, 2, 3].map(|axis| match pixdim[axis].abs() {
         // A 2D image need not say how thick it is.
         _ if axis > count => 1.0,
         0.0 => {
@@ -354,7 +376,8 @@ fn voxel_size(fields: &Fields, count: usize, unknown: &mut Vec<String>) -> [f64;
             1.0
         }
         size => size,
-    })
+    });
+    (spacing, unknown)
 }
 
 /// The directions of i, j and k from the last three components of a unit quaternion.

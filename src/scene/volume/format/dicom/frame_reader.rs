@@ -24,7 +24,7 @@ use super::syntax::Packing;
 use super::unpack::{Unpacked, unpack};
 use super::values::{FrameConversion, Map, Values, joined};
 
-/// Bytes of frames that are kept.
+/// Bytes of frames that are kept, unless two for each thread take more.
 const MOST_KEPT: usize = 32 << 20;
 /// Frames that are kept, however small they are: they are searched one by one.
 const MOST_FRAMES: usize = 256;
@@ -59,7 +59,7 @@ impl FrameReader {
             filler: 0.0,
             kept: Mutex::default(),
         };
-        reader.try_unlikely()?;
+        reader.check_claims()?;
         let has_padding = reader.images.iter().any(|image| image.padding.is_some());
         if has_padding || stack.is_sheared() {
             reader.filler = reader.smallest()?;
@@ -69,7 +69,7 @@ impl FrameReader {
 
     /// Unpacks frames that claim more pixels than run-length packing could hold, so that no memory is allocated for
     /// their voxels before it is known that they are there.
-    fn try_unlikely(&self) -> Parsed<()> {
+    fn check_claims(&self) -> Parsed<()> {
         let is_unlikely = |at: &&At| {
             let image = &self.images[at.image];
             let all = image.frame_pixels() * u64::from(image.frame_count);

@@ -92,7 +92,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
                 .into(),
         );
     }
-    let (facts, storage) = (facts(first, first_frame), storage(first));
+    let (facts, storage) = (facts(first, &pairs), storage(first));
     if first.is_inverted {
         let inverted = "the files say that the lowest values are white: values are inverted, so that the highest are white";
         notes.push(inverted.into());
@@ -311,14 +311,27 @@ fn others(found: &Found, groups: &[Group], shown: usize) -> Vec<String> {
 }
 
 /// Facts that a user wants to know before trusting a volume.
-fn facts(image: &Image, frame: &Frame) -> Vec<(&'static str, String)> {
+fn facts(image: &Image, frames: &[(&Image, &Frame)]) -> Vec<(&'static str, String)> {
     let mut facts = vec![
         ("modality", image.modality.clone()),
-        (
-            "rescale",
-            format!("{} · stored + {}", frame.slope, frame.intercept),
-        ),
+        ("rescale", rescale(frames)),
     ];
     facts.extend(image.units.clone().map(|units| ("units", units)));
     facts
+}
+
+/// How values come of stored numbers: one rule for all slices, or, as in a PET, the range of the slopes.
+fn rescale(frames: &[(&Image, &Frame)]) -> String {
+    let rules = frames
+        .iter()
+        .map(|(_, frame)| (frame.slope, frame.intercept));
+    let (slope, intercept) = (frames[0].1.slope, frames[0].1.intercept);
+    if rules.clone().all(|rule| rule == (slope, intercept)) {
+        return format!("{slope} · stored + {intercept}");
+    }
+    let slopes = rules.map(|(slope, _)| slope);
+    let [low, high] = slopes.fold([slope; 2], |[low, high], slope| {
+        [low.min(slope), high.max(slope)]
+    });
+    format!("differs from slice to slice, with slopes from {low} to {high}")
 }

@@ -32,8 +32,8 @@ use crate::scene::volume::source::codec::LARGEST_RATIO;
 use crate::scene::volume::source::file::{shape, voxel_bytes};
 use crate::scene::volume::storage::{Level, Storage, in_one_unit, symbol};
 
-/// A volume may be so many times larger than the chunks that there are: those that have the fill value everywhere need
-/// not be written.
+/// How many times as many voxels an array may have as its chunk files can decode to: chunks that have the fill value everywhere
+/// need not be written.
 const MOST_EMPTY: u64 = 32 << 10;
 /// The most resolutions, each of which is usually half as large as the one before.
 const MOST_LEVELS: usize = 64;
