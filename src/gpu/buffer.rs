@@ -221,6 +221,11 @@ impl Buffer {
     /// is smaller.
     fn mapped(&self, needed: usize) -> Option<*mut u8> {
         let (name, bytes) = (self.holding.name(), self.desc.bytes);
+        // Where all memory can be mapped, as on a CPU, this would be noticed on other devices only.
+        assert!(
+            self.desc.placement != Placement::Device,
+            "{name} is on the device"
+        );
         let allocation = self.holding.allocation()?;
         let mapped = allocation.mapped_ptr();
         let mapped = mapped.unwrap_or_else(|| panic!("{name} is not mapped"));

@@ -102,7 +102,7 @@ impl Device {
         let properties = unsafe { instance.raw.get_physical_device_properties(physical) };
         let limits = properties.limits;
         let labels = instance
-            .watches()
+            .has_labels
             .then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
         let mut device = Device {
             labels,

@@ -37,6 +37,8 @@ type Messages = Mutex<Vec<String>>;
 
 pub(super) struct Instance {
     pub raw: ash::Instance,
+    /// Whether passes can be labelled for debuggers and profilers.
+    pub has_labels: bool,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     messages: Box<Messages>,
     /// How many of the messages have been read.
@@ -75,13 +77,18 @@ impl Instance {
             extensions.iter().map(|name| name.as_ptr()).collect();
         if validation == Validation::On {
             layers.push(VALIDATION_LAYER.as_ptr());
-            extensions.push(ext::debug_utils::NAME.as_ptr());
         }
         // Without this, loaders leave out drivers that stand on another interface, as MoltenVK stands on Metal.
         let mut flags = vk::InstanceCreateFlags::empty();
         // SAFETY: the loader is alive.
         let offered = unsafe { entry.enumerate_instance_extension_properties(None) };
-        if has_name(offered, khr::portability_enumeration::NAME) {
+        let offers = |name| has_name(offered.clone(), name);
+        // Debuggers and profilers show the names of passes. The validation layers bring it along.
+        let has_labels = validation == Validation::On || offers(ext::debug_utils::NAME);
+        if has_labels {
+            extensions.push(ext::debug_utils::NAME.as_ptr());
+        }
+        if offers(khr::portability_enumeration::NAME) {
             extensions.push(khr::portability_enumeration::NAME.as_ptr());
             flags |= vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR;
         }
@@ -111,6 +118,7 @@ impl Instance {
         })?;
         let mut instance = Instance {
             raw,
+            has_labels,
             messenger: None,
             messages: Box::default(),
             heard: AtomicUsize::new(0),
@@ -132,10 +140,6 @@ impl Instance {
         // SAFETY: `physical` belongs to this live instance.
         let offered = unsafe { self.raw.enumerate_device_extension_properties(physical) };
         has_name(offered, name)
-    }
-
-    pub fn watches(&self) -> bool {
-        self.messenger.is_some()
     }
 
     /// The messages of the validation layers so far.

@@ -77,7 +77,9 @@ impl Interface<'_> {
         if !ui.input(|i| i.pointer.any_down()) {
             session.history.settle(&session.scene);
         }
-        if let Some(building) = session.build_under_way() {
+        // One progress at a time: what is being opened comes first.
+        let building = session.build_under_way();
+        if let Some(building) = building.filter(|_| self.opening.is_none()) {
             hud::progress(ui, rect, building);
         }
     }

@@ -118,7 +118,8 @@ impl Session {
                 // A change that fails may have stopped half way.
                 let before = live.engine.scene().clone();
                 match live.follow(&self.scene) {
-                    Ok(Changed::Nothing | Changed::Display | Changed::Picture) => return Ok(true),
+                    Ok(Changed::Nothing) => return Ok(false),
+                    Ok(Changed::Display | Changed::Picture) => return Ok(true),
                     Ok(Changed::Light) => {
                         report.cache_cleared();
                         return Ok(true);

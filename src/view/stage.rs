@@ -284,6 +284,9 @@ impl Stage {
             recording.close_target(&target);
             Ok(())
         })?;
+        // On Wayland the next frame is asked for once the compositor wants one. Of a window that nobody sees it may never do so,
+        // and presenting would wait for it.
+        self.window.pre_present_notify();
         self.is_outdated |= !target.present()?;
         Ok(true)
     }

@@ -110,7 +110,15 @@ impl Surface {
         let extent = match capabilities.current_extent {
             vk::Extent2D {
                 width: u32::MAX, ..
-            } => wanted,
+            } => {
+                let least = capabilities.min_image_extent;
+                let most = capabilities.max_image_extent;
+                let [width, height] = wanted;
+                [
+                    width.clamp(least.width, most.width.max(least.width)),
+                    height.clamp(least.height, most.height.max(least.height)),
+                ]
+            }
             vk::Extent2D { width, height } => [width, height],
         };
         let least = capabilities.min_image_count.max(2);
@@ -218,20 +226,27 @@ impl Swapchain {
     }
 
     fn destroy(&mut self) {
+        if self.raw != vk::SwapchainKHR::null() {
+            self.destroy_images();
+        }
+        self.holding.release();
+    }
+
+    fn destroy_images(&mut self) {
         let device = &self.surface.device;
         let queue = device.queue();
-        // SAFETY: frames wait for their work; what is being shown is waited for here, where the
-        // guard keeps other threads off the queue.
+        // SAFETY: no semaphore is used, and each frame's work has been waited for; so has what was presented, as far as it is
+        // on the queue, where the guard keeps other threads off it. The images go with the swapchain.
         unsafe {
             let _ = device.raw.queue_wait_idle(*queue);
             for view in self.views.drain(..) {
                 device.raw.destroy_image_view(view, None);
             }
+            self.images.clear();
             device.raw.destroy_fence(self.acquired, None);
             self.loader.destroy_swapchain(self.raw, None);
         }
         (self.acquired, self.raw) = (vk::Fence::null(), vk::SwapchainKHR::null());
-        self.holding.release();
     }
 
     fn create(&mut self, info: &vk::SwapchainCreateInfoKHR<'_>) -> Result<(), vk::Result> {
