@@ -15,10 +15,10 @@ use crate::output::Format;
 use crate::scene::file::EXPOSURE;
 use crate::scene::{CacheFormat, CacheScale, Edit, Side, Variant};
 
-/// The value of `--vram-budget`.
+/// The value of `--vram-budget` and of `--ram-budget`.
 pub(super) fn limit(text: &str) -> Result<Limit, String> {
     let wrong = || {
-        "expected bytes or a size such as 500MB, 512MiB, 2GB, 2GiB or 80% (at most 100%)"
+        "expected bytes, a size in kB, KiB, MB, MiB, GB or GiB such as 512MiB, or a share such as 80% (at most 100%)"
             .to_string()
     };
     let split = text

@@ -61,8 +61,11 @@ fn open_scene_timed(args: &SceneArgs, quiet: bool, clock: &mut Clock) -> Result<
     let opened = clock.time("open the scene", || {
         open(&args.input, args.preset, &args.edits(), load)
     })?;
-    clock.part("read the voxels", reading.took());
-    clock.part("decode them", loading.saturating_sub(reading.took()));
+    clock.part("read and decode the voxels", reading.took());
+    clock.part(
+        "read headers, find the range",
+        loading.saturating_sub(reading.took()),
+    );
     if !quiet {
         for note in &opened.notes {
             say(format!("note: {note}"));

@@ -37,7 +37,7 @@ pub struct Summary<'a> {
     /// The variant that the user asked for.
     asked: Variant,
     stats: Stats,
-    /// What there is so many of in the last picture, as its statistics say.
+    /// What the statistics' `spp` counts: samples per pixel, or, in `published`, updates per cell.
     counted: &'static str,
     /// As in [`Taken`].
     missing: Option<u32>,

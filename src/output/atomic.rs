@@ -2,9 +2,9 @@
 //!
 //! Each output is first written to a temporary file next to its final name, because only a rename within one file
 //! system is atomic. Outputs that belong together are all written before the first is renamed: a disk that fills up
-//! half way leaves none of them. Of outputs that are independent, those of a render, it leaves the others. Dropping
-//! [`Outputs`] removes those that were not committed. A process that is about to end without dropping them calls
-//! [`temporary::remove_all`].
+//! half way leaves none of them. The pictures of a render are independent: if one of them cannot be written, the others
+//! still are. Dropping [`Outputs`] removes those that were not committed. A process that is about to end without
+//! dropping them calls [`temporary::remove_all`].
 
 use std::collections::HashSet;
 use std::fs::{self, File};

@@ -2,10 +2,12 @@
 //!
 //! A [`GpuScene`] is what shaders read of a scene: its [`Parts`], which change independently, and the [`Variant`] that
 //! renders it. A [`Plan`] adds up the GPU memory of that in advance, by a dry run of the statements that allocate. A
-//! [`Renderer`] has it on the GPU: the resources that every variant needs, and an estimator, which is a variant's passes
-//! together with its own memory. Each pass is a file here and a shader of the same name in `glsl/`. What belongs to one
-//! variant alone stands in a folder, `cache` or `published`, what streams a volume in `bricks`, and what measures the
-//! device in `peak`. How large caches and volumes in bricks are, which a plan has to know, is worked out in `layout`.
+//! [`Renderer`] has it on the GPU: the resources that every variant needs, and an estimator, which is a variant's
+//! passes together with its own memory. Each pass is a file here and a shader of the same name in `glsl/`
+//! (`delta_tracking.rs` has two shaders: with a cache, its paths are those of `cached_tracking.comp`). What belongs to
+//! one variant alone stands in a folder, `cache` or `published`, what streams a volume in `bricks`, and what measures
+//! the device in `peak`. How large caches and volumes in bricks are, which a plan has to know, is worked out in
+//! `layout`.
 //!
 //! A frame, as `frame.rs` runs it: the majorants of the medium (once a transfer function), then how near and how far
 //! the camera's rays meet anything (`patches`, once a view), then, with a cache, batches of paths from its nodes, and then
@@ -26,8 +28,8 @@
 //!   anything.
 //!
 //! Around the volume:
-//! - **sky**: the light of all environments together, their constant radiance and the image. Scene files, and what is made
-//!   of one of their keys, say environment.
+//! - **sky**: the light of all environments together, their constant radiance and the image. A single one of a
+//!   scene file's lights of that type is an environment.
 //! - **sun**: a directional light. The cache holds one transmittance for all suns, their mean by irradiance.
 //!
 //! In the volume:

@@ -59,8 +59,8 @@ pub struct About<'a> {
 }
 
 impl CacheFile {
-    /// Writes the state of the engine's cache beside a checkpoint, still under a temporary name, and returns the fingerprint of its light; `None` if
-    /// the engine has no cache. The cache must not be in the middle of a batch.
+    /// Writes the state of the engine's cache beside a checkpoint, still under a temporary name, and returns the fingerprint of
+    /// its light; `None` if the engine has no cache. The cache must not be in the middle of a batch.
     pub fn stage(
         checkpoint: &Path,
         engine: &mut Engine,

@@ -44,10 +44,16 @@ pub struct State {
 impl State {
     /// How its orbit differs from one of `pictures` pictures that ends by `stop`.
     fn other_pictures(&self, stop: &Stop, pictures: usize) -> Option<String> {
-        if self.pictures as usize != pictures || !(1..=self.pictures).contains(&self.picture) {
+        if self.pictures as usize != pictures {
             return Some(format!(
                 "it is of {} pictures, not of {pictures} (--orbit)",
                 self.pictures
+            ));
+        }
+        if !(1..=self.pictures).contains(&self.picture) {
+            let picture = self.picture;
+            return Some(format!(
+                "it is damaged: its picture {picture} is not one of {pictures}"
             ));
         }
         let (had, asked) = (self.goal?, stop.count()?);

@@ -87,8 +87,8 @@ fn a_profile_accounts_for_the_wall_time() {
     let said = text(&output.stderr);
     for name in [
         "open the scene",
-        "read the voxels",
-        "decode them",
+        "read and decode the voxels",
+        "read headers, find the range",
         "compile",
         "save the pictures",
         "not covered",

@@ -128,8 +128,13 @@ fn final_errors(subject: &SubjectReport) -> String {
     table.text()
 }
 
-fn errors(error: &Comparison, is_noise: bool) -> [String; 5] {
-    let star = if is_noise { "\\*" } else { "" };
+/// The mark of what is within the reference's noise.
+fn star(is_marked: bool) -> &'static str {
+    if is_marked { "\\*" } else { "" }
+}
+
+fn errors(error: &Comparison, is_marked: bool) -> [String; 5] {
+    let star = star(is_marked);
     [
         number(error.mse) + star,
         number(error.relmse) + star,
@@ -155,11 +160,7 @@ fn over_time(report: &Report, subject: &SubjectReport) -> String {
     for run in &subject.runs {
         let at = |seconds| {
             let point = run.points.iter().find(|p| p.asked_s == seconds)?;
-            let star = if point.within_reference_noise {
-                "\\*"
-            } else {
-                ""
-            };
+            let star = star(point.within_reference_noise);
             Some(decibels(point.error.psnr) + star + &late(point))
         };
         table.by_time(report, run.variant.clone(), at);
@@ -373,7 +374,7 @@ fn skipped(subject: &SubjectReport) -> String {
     if subject.skipped.is_empty() {
         String::new()
     } else {
-        format!("\n## Not possible here\n\n{}", lines.collect::<String>())
+        format!("\n## Not measured\n\n{}", lines.collect::<String>())
     }
 }
 

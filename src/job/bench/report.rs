@@ -43,7 +43,7 @@ pub struct SubjectReport {
     pub similarity: Vec<Similarity>,
     /// Pictures through coarser and shorter caches against those through a whole one in 32 bits.
     pub cache_settings: Vec<CacheSetting>,
-    /// Default variants that are not possible here, and why.
+    /// What was not measured, and why.
     pub skipped: Vec<String>,
 }
 

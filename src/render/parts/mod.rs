@@ -1,7 +1,7 @@
 //! A scene in the shaders' terms: stored values, single precision, grid space.
 //!
 //! It is split into the parts that a user changes independently, each with derived equality. Everything that
-//! shaders read of a scene is made from these parts and from nothing else (`gpu_scene.rs`), so a key of the
+//! shaders read of a scene is made from these parts, the variant and the layout of bricks (`gpu_scene.rs`), so a key of the
 //! scene file cannot reach a shader without being in a part, and `changes.rs` sees it change.
 
 mod changes;
