@@ -15,7 +15,7 @@ use super::run::{Progress, Run};
 use super::stop::Stop;
 use crate::error::Result;
 use crate::render::shared::GATHERED;
-use crate::render::{Until, equivalent_paths};
+use crate::render::{Batch, Until, equivalent_paths};
 
 /// Nodes that gather share the errors of the light that they read, which the change from batch to batch does not show.
 /// Until nodes trace whole paths, the measured variance of the cache is multiplied by this.
@@ -61,13 +61,15 @@ impl Engine {
             if next.is_some() && self.try_samples_ahead(&run.stop, until)? {
                 next = self.next_batch(&run.stop, pictures);
             }
-            let Some((samples, mut caching)) = next.zip(self.renderer.caching()) else {
+            let Some((batch, mut caching)) = next.zip(self.renderer.caching()) else {
                 return Ok(true);
             };
-            if !caching.batch(samples, until)? {
+            if !caching.batch(batch, until)? {
                 return Ok(false);
             }
-            if let Some(cache) = self.renderer.cache().filter(|_| samples > 0) {
+            if let Some(cache) = self.renderer.cache()
+                && batch != Batch::CatchUp
+            {
                 (run.progress)(Progress::Batch {
                     updates: cache.filling.updates,
                     relative_error: cache.filling.relative_error,
@@ -77,12 +79,11 @@ impl Engine {
         }
     }
 
-    /// Paths for each node in sight in the next batch; `None` if the cache is good enough, or there is none. 0: nodes
-    /// that have come in sight catch up with what they lack.
-    fn next_batch(&self, stop: &Stop, pictures: u32) -> Option<u32> {
+    /// The next batch; `None` if the cache is good enough, or there is none. Nodes that have come in sight catch up first.
+    fn next_batch(&self, stop: &Stop, pictures: u32) -> Option<Batch> {
         let cache = self.renderer.cache()?;
         if cache.filling.updates > 0 && !cache.is_caught_up() {
-            return Some(0);
+            return Some(Batch::CatchUp);
         }
         let pixels = self.pixels() * f64::from(pictures);
         let filled = Filled {
@@ -93,7 +94,7 @@ impl Engine {
             seconds_per_update: cache.seconds_per_update(),
             paths_per_pixel: cache.paths_in_light() as f64 / pixels,
         };
-        next_batch(stop, &filled)
+        next_batch(stop, &filled).map(Batch::Paths)
     }
 
     /// Takes a few samples through the cache and forgets them, if the time or the error is limited, nodes have gathered, and

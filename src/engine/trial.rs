@@ -19,7 +19,7 @@ use super::task::Task;
 use super::verdict::Compared;
 use super::{Engine, Stopwatch};
 use crate::error::Result;
-use crate::render::{Cache, Choice, Until, next_batch_size};
+use crate::render::{Batch, Cache, Choice, Until, next_batch_size};
 use crate::scene::Variant;
 
 /// Trials of caches take this share of what the work would take without one, at most.
@@ -69,7 +69,7 @@ impl<'a> Trial<'a> {
         let scene = setup.scene;
         let may_cache = choice.plan.bricks.is_some() || choice.plan.variant.cache().is_some();
         let open = task.filter(|task| {
-            scene.render.variant == Variant::Auto && !task.stop.is_counted() && may_cache
+            scene.render.variant == Variant::Auto && task.stop.divides_time() && may_cache
         });
         let (engine, open) = match open {
             None => (setup.engine(choice)?, None),
@@ -323,7 +323,7 @@ impl Engine {
             return Ok(false);
         };
         watch.go_on();
-        let is_done = caching.batch(next_batch_size(updates), until);
+        let is_done = caching.batch(Batch::Paths(next_batch_size(updates)), until);
         watch.pause();
         is_done
     }

@@ -111,7 +111,8 @@ mod variant;
 
 pub use bricks::{BrickFigures, needed_bricks};
 pub use cache::{
-    Cache, CacheState, Caching, RAYS_PER_PIXEL, batch_gathers, equivalent_paths, next_batch_size,
+    Batch, Cache, CacheState, Caching, RAYS_PER_PIXEL, batch_gathers, equivalent_paths,
+    next_batch_size,
 };
 pub use copy::{Sink, Source};
 pub use difference::mean_square;

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::engine::Engine;
-use crate::render::next_batch_size;
+use crate::render::{Batch, next_batch_size};
 
 /// The cache counts as converged at this relative error of the picture that it shows, or after `LONGEST_FILLING` spent
 /// on filling it.
@@ -18,13 +18,13 @@ pub fn batches(engine: &Engine) -> Option<u32> {
     engine.cache().map(|cache| cache.work.batches)
 }
 
-/// Paths that a node in sight gets in a batch: as many as it has had, or 0 for those that it lacks.
-pub fn next_batch(engine: &Engine) -> u32 {
+/// The cache's next batch: as many paths as nodes have had, or those that they lack.
+pub fn next_batch(engine: &Engine) -> Batch {
     let cache = engine.cache();
     match cache.map_or(0, |cache| cache.filling.updates) {
-        0 => 1,
-        _ if cache_is_good(engine) => 0,
-        updates => next_batch_size(updates),
+        0 => Batch::Paths(1),
+        _ if cache_is_good(engine) => Batch::CatchUp,
+        updates => Batch::Paths(next_batch_size(updates)),
     }
 }
 

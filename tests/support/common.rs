@@ -5,8 +5,8 @@ use std::sync::Arc;
 use isolume::engine::{Host, HostOptions};
 use isolume::gpu::{Device, DeviceChoice, Memory, Shaders, Validation};
 use isolume::render::{
-    Cache, CacheLayout, Caching, Film, FirstHits, GpuScene, Renderer, Until, next_batch_size,
-    shared,
+    Batch, Cache, CacheLayout, Caching, Film, FirstHits, GpuScene, Renderer, Until,
+    next_batch_size, shared,
 };
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
@@ -253,7 +253,11 @@ impl Cached {
     pub fn fill(&mut self, updates: u32) {
         while self.updates() < updates {
             let batch = next_batch_size(self.updates());
-            assert!(self.caching().batch(batch, Until::NEVER).expect("a batch"));
+            assert!(
+                self.caching()
+                    .batch(Batch::Paths(batch), Until::NEVER)
+                    .expect("a batch")
+            );
         }
     }
 

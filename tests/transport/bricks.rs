@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use isolume::gpu::Memory;
 use isolume::render::{
-    BrickFigures, BrickLayout, CacheLayout, GpuScene, Renderer, Until, next_batch_size,
+    Batch, BrickFigures, BrickLayout, CacheLayout, GpuScene, Renderer, Until, next_batch_size,
 };
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
@@ -113,7 +113,7 @@ fn pictures(scene: &Scene, cache_scale: Option<f64>, places: Option<u64>) -> Pic
         if let Some(mut caching) = renderer.caching() {
             assert!(
                 caching
-                    .batch(next_batch_size(updates), Until::NEVER)
+                    .batch(Batch::Paths(next_batch_size(updates)), Until::NEVER)
                     .expect("a batch")
             );
             marched = caching.march().expect("a picture");

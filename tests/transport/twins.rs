@@ -4,7 +4,7 @@ use fastrand::Rng;
 use isolume::gpu::*;
 use isolume::output::display::display_value;
 use isolume::render::shared::{self, BRICK, GATHERED, MACROCELL};
-use isolume::render::{GpuScene, Renderer, ToneMapPush, Until, batch_gathers};
+use isolume::render::{Batch, GpuScene, Renderer, ToneMapPush, Until, batch_gathers};
 use isolume::scene::*;
 
 use crate::support::common::*;
@@ -189,7 +189,7 @@ fn host_and_shader_agree_on_when_nodes_gather() {
         assert!(
             cached
                 .caching()
-                .batch(samples, Until::NEVER)
+                .batch(Batch::Paths(samples), Until::NEVER)
                 .expect("a batch")
         );
         let paths = cached.cache().work.paths - before.0;

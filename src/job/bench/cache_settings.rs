@@ -13,7 +13,7 @@ use crate::compare::{LinearImage, compare_images, without_noise};
 use crate::engine::{Engine, Stop};
 use crate::error::{Error, Result};
 use crate::interrupt::{INTERRUPTED, is_interrupted};
-use crate::render::next_batch_size;
+use crate::render::{Batch, next_batch_size};
 use crate::scene::CacheFormat::{F16, F32};
 
 /// The setting with which the others are compared.
@@ -173,8 +173,8 @@ fn fill_as_often(updates: u32, engine: &mut Engine) -> Result<()> {
         && let Some(mut caching) = engine.caching()
     {
         let batch = next_batch_size(done).min(updates - done);
-        caching.batch(batch, &INTERRUPTED)?;
-        caching.batch(0, &INTERRUPTED)?;
+        caching.batch(Batch::Paths(batch), &INTERRUPTED)?;
+        caching.batch(Batch::CatchUp, &INTERRUPTED)?;
         done += batch;
     }
     Ok(())

@@ -12,7 +12,7 @@ use crate::engine::figures::quantile;
 use crate::engine::{Engine, Refinement, Stop, Stopwatch};
 use crate::error::{Error, Result};
 use crate::interrupt::{INTERRUPTED, is_interrupted};
-use crate::render::RAYS_PER_PIXEL;
+use crate::render::{Batch, RAYS_PER_PIXEL};
 use crate::scene::{LightModel, Scene};
 
 /// Views of the orbit.
@@ -56,7 +56,7 @@ impl EntrantRun<'_> {
         match self.engine.caching() {
             Some(mut caching) => {
                 caching.widen_focus();
-                caching.batch(0, &INTERRUPTED)
+                caching.batch(Batch::CatchUp, &INTERRUPTED)
             }
             None => Ok(false),
         }

@@ -1,7 +1,7 @@
 //! Operations that a renderer offers where it has a cache: filling it, and marching through it.
 
-use super::Cache;
 use super::sight::ViewState;
+use super::{Batch, Cache};
 use crate::error::Result;
 use crate::gpu::{Frame, Image, SLICE_MS, Slices};
 use crate::render::bricks::Admission;
@@ -21,17 +21,16 @@ pub struct Caching<'a> {
 }
 
 impl Caching<'_> {
-    /// Gives the nodes in sight `samples` more paths, the others their share, and measures the error; with 0 samples,
-    /// nodes get the paths of earlier batches that they lack. False if `until` comes before the last path: some nodes
-    /// have had the batch then, some not, and it does not count.
-    pub fn batch<'a>(&mut self, samples: u32, until: impl Into<Until<'a>>) -> Result<bool> {
+    /// Gives nodes the paths of a batch, and measures the error. False if `until` comes before the last path: some nodes have
+    /// had the batch then, some not, and it does not count.
+    pub fn batch<'a>(&mut self, batch: Batch, until: impl Into<Until<'a>>) -> Result<bool> {
         let until = until.into();
         self.cache.abandon();
         loop {
             if until.is_over() {
                 return Ok(false);
             }
-            if self.advance(samples)? {
+            if self.advance(batch)? {
                 return Ok(true);
             }
         }
@@ -39,9 +38,9 @@ impl Caching<'_> {
 
     /// Goes on with a batch for a slice of time, or begins one. Returns whether it has ended, and been measured. The
     /// picture under way is lost.
-    pub fn advance(&mut self, samples: u32) -> Result<bool> {
+    pub fn advance(&mut self, batch: Batch) -> Result<bool> {
         *self.under_way = UnderWay::Nothing;
-        self.cache.advance(self.frame, self.r, samples)
+        self.cache.advance(self.frame, self.r, batch)
     }
 
     /// Fills a cache without light with a guess, so that there is something to see until paths have replaced it.

@@ -67,6 +67,15 @@ impl Share {
     }
 }
 
+/// What each of a brick's nodes lacks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Lack {
+    /// Paths that it gets next.
+    pub paths: u32,
+    /// Paths that it has had.
+    pub had: u32,
+}
+
 /// The share of paths that each brick gets, in the order of the bricks' places.
 pub struct Focus {
     pub(super) shares: Vec<Share>,
@@ -137,17 +146,20 @@ impl Focus {
         }
     }
 
-    /// For each brick, how many paths its nodes get next where the full share is `goal`, and how many they have had: what
-    /// they lack, but no batch goes past `GATHERED`, so that none is gathered in part.
-    pub fn left(&self, goal: u32) -> impl Iterator<Item = [u32; 2]> {
-        let left = move |(&share, &had): (&Share, &u32)| {
+    /// What each brick's nodes lack where the full share is `goal`. But no batch goes past `GATHERED`, so that none is gathered
+    /// in part.
+    pub fn lacks(&self, goal: u32) -> impl Iterator<Item = Lack> {
+        let lack = move |(&share, &had): (&Share, &u32)| {
             let paths = match self.paths_in(share, goal) {
                 paths if had < GATHERED => paths.min(GATHERED),
                 paths => paths,
             };
-            [paths.saturating_sub(had), had]
+            Lack {
+                paths: paths.saturating_sub(had),
+                had,
+            }
         };
-        self.shares.iter().zip(&self.had).map(left)
+        self.shares.iter().zip(&self.had).map(lack)
     }
 
     /// Paths of a node whose brick has this share, where the full share is `goal`: in sight at least one, unless the goal is
@@ -161,8 +173,8 @@ impl Focus {
 
     /// Paths that all nodes get together in the next batch, where the full share is `goal`.
     pub fn paths_to(&self, goal: u32) -> u64 {
-        let left = self.left(goal);
-        left.map(|[samples, had]| self.paths_of(had + samples) - self.paths_of(had))
+        self.lacks(goal)
+            .map(|Lack { paths, had }| self.paths_of(had + paths) - self.paths_of(had))
             .sum()
     }
 
@@ -181,15 +193,12 @@ impl Focus {
 
     /// Whether some brick lacks paths.
     pub fn lags(&self, goal: u32) -> bool {
-        self.left(goal).any(|[samples, _]| samples > 0)
+        self.lacks(goal).any(|lack| lack.paths > 0)
     }
 
     /// Notes that all bricks have had their batch.
     pub fn reach(&mut self, goal: u32) {
-        let left: Vec<u32> = self.left(goal).map(|[samples, _]| samples).collect();
-        for (had, samples) in self.had.iter_mut().zip(left) {
-            *had += samples;
-        }
+        self.had = self.lacks(goal).map(|lack| lack.had + lack.paths).collect();
     }
 
     /// Paths that a brick's nodes have had together where each that had any has had `had`.
@@ -255,9 +264,10 @@ mod tests {
         focus.narrow([100, 0].into_iter(), &[true; 2]);
         fill(&mut focus, 64);
         focus.narrow([0, 100].into_iter(), &[true; 2]);
-        assert!(focus.left(64).eq([[0, 64], [28, 4]]));
+        let lack = |paths, had| Lack { paths, had };
+        assert!(focus.lacks(64).eq([lack(0, 64), lack(28, 4)]));
         focus.reach(64);
-        assert!(focus.left(64).eq([[0, 64], [32, 32]]));
+        assert!(focus.lacks(64).eq([lack(0, 64), lack(32, 32)]));
         fill(&mut focus, 64);
         focus.widen();
         assert!(!focus.lags(64));

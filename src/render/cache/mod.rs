@@ -73,8 +73,26 @@ pub struct Cache {
     is_blank: bool,
     pub filling: Filling,
     pub work: FillingWork,
-    /// Paths that the nodes in sight get in the batch under way.
-    under_way: Option<u32>,
+    under_way: Option<Batch>,
+}
+
+/// The paths of a batch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Batch {
+    /// So many for each node in sight, for the others their share.
+    Paths(u32),
+    /// Those of earlier batches that nodes lack, as after a change of the view.
+    CatchUp,
+}
+
+impl Batch {
+    /// By how many the number of updates grows.
+    fn updates(self) -> u32 {
+        match self {
+            Batch::Paths(paths) => paths,
+            Batch::CatchUp => 0,
+        }
+    }
 }
 
 impl Cache {
@@ -218,7 +236,7 @@ impl Cache {
     /// Runs a few steps of a batch and of a unit for a trial; the next ones begin anew.
     pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
         self.weigh_bricks(frame, r)?;
-        self.begin_batch(frame, r, 1)?;
+        self.begin_batch(frame, r, Batch::Paths(1))?;
         self.abandon();
         self.tracking.advance(frame, r, &mut self.memory)?;
         let request = ray_march::for_error(1);
@@ -227,19 +245,18 @@ impl Cache {
         self.sample(frame, r, Bundle::TRIAL).map(drop)
     }
 
-    /// Goes on with a batch for about the target time of a dispatch, or begins one of `samples` paths for the nodes
-    /// in sight. With 0 samples, nodes get the paths that they lack, in one batch or two. Returns whether the batch
-    /// has ended and its error has been measured.
-    pub fn advance(&mut self, frame: &mut Frame, r: &Resources, samples: u32) -> Result<bool> {
+    /// Goes on with the batch under way for about the target time of a dispatch, or begins this one. To catch up may take two
+    /// batches. Returns whether the batch has ended and its error has been measured.
+    pub fn advance(&mut self, frame: &mut Frame, r: &Resources, batch: Batch) -> Result<bool> {
         let began = Instant::now();
         if self.under_way.is_none() {
             self.weigh_bricks(frame, r)?;
-            if samples == 0 && self.is_caught_up() {
+            if batch == Batch::CatchUp && self.is_caught_up() {
                 return Ok(true);
             }
-            self.begin_batch(frame, r, samples)?;
+            self.begin_batch(frame, r, batch)?;
         }
-        let samples = *self.under_way.get_or_insert(samples);
+        let batch = *self.under_way.get_or_insert(batch);
         let before = self.filling.updates;
         let progress = self.tracking.advance(frame, r, &mut self.memory)?;
         let finished = u64::from(progress.finished);
@@ -247,28 +264,31 @@ impl Cache {
         self.work.paths += finished;
         if !progress.under_way {
             let now = measure(frame, r, &self.memory, &self.ray_march)?;
-            self.end_batch(samples, now);
+            self.end_batch(batch, now);
         }
         let took = began.elapsed();
         self.filling.took += took;
-        let gathers = self.memory.layout.gathers && batch_gathers(before, samples);
-        match samples {
-            // Of nodes that catch up, some gather and some do not.
-            0 => {}
-            _ if gathers => self.filling.gathering.add(finished, took),
-            _ => self.filling.tracing.add(finished, took),
+        // Of nodes that catch up, some gather and some do not.
+        if let Batch::Paths(paths) = batch {
+            let pace = if self.memory.layout.gathers && batch_gathers(before, paths) {
+                &mut self.filling.gathering
+            } else {
+                &mut self.filling.tracing
+            };
+            pace.add(finished, took);
         }
-        let is_over = samples > 0 || !self.sight.focus.lags(self.filling.updates);
+        let is_over = batch != Batch::CatchUp || !self.sight.focus.lags(self.filling.updates);
         Ok(!progress.under_way && is_over)
     }
 
     /// Decides how many paths the nodes of each brick get.
-    fn begin_batch(&mut self, frame: &mut Frame, r: &Resources, samples: u32) -> Result<()> {
+    fn begin_batch(&mut self, frame: &mut Frame, r: &Resources, batch: Batch) -> Result<()> {
         if self.is_blank {
             self.guess(frame)?;
         }
-        let left = self.sight.focus.left(self.filling.updates + samples);
-        self.tracking.begin(frame, r, &mut self.memory, left)
+        let goal = self.filling.updates + batch.updates();
+        let lacks = self.sight.focus.lacks(goal);
+        self.tracking.begin(frame, r, &mut self.memory, lacks)
     }
 
     /// Finds out which nodes are in sight, unless that is known.
@@ -302,18 +322,18 @@ impl Cache {
         Ok(())
     }
 
-    fn end_batch(&mut self, samples: u32, now: Measured) {
+    fn end_batch(&mut self, batch: Batch, now: Measured) {
         self.under_way = None;
         self.is_blank = false;
         let filling = &mut self.filling;
         if let Some(before) = &self.sight.view.measured
-            && samples > 0
+            && let Batch::Paths(paths) = batch
         {
             let had = history(filling.updates, self.memory.layout.gathers);
             [filling.relative_error, filling.error_at_rest] =
-                relative_errors(before, &now, had, samples);
+                relative_errors(before, &now, had, paths);
         }
-        filling.updates += samples;
+        filling.updates += batch.updates();
         self.work.batches += 1;
         self.sight.focus.reach(filling.updates);
         self.sight.view.measured = Some(now);

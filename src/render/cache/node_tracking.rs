@@ -1,5 +1,6 @@
 //! Paths from the cache's nodes.
 
+use super::focus::Lack;
 use super::memory::CacheMemory;
 use super::merge_parts::MergeParts;
 use super::spread_light::SpreadLight;
@@ -79,16 +80,15 @@ impl NodeTracking {
         self.order = layout.along_curve();
     }
 
-    /// Forgets all paths and begins a batch. `left` says for each brick how many paths its nodes get, and how many they
-    /// have had.
+    /// Forgets all paths and begins a batch in which each brick's nodes get what they lack.
     pub fn begin(
         &mut self,
         frame: &mut Frame,
         r: &Resources,
         cache: &mut CacheMemory,
-        left: impl Iterator<Item = [u32; 2]>,
+        lacks: impl Iterator<Item = Lack>,
     ) -> Result<()> {
-        self.work_list = WorkList::new(cache, &self.order, left);
+        self.work_list = WorkList::new(cache, &self.order, lacks);
         self.half = if self.work_list.gathers() {
             Half::Even
         } else {

@@ -5,6 +5,7 @@
 //! a node's paths come in parts of about the same size. The sums of parts need memory until they are merged
 //! (`merge_parts.rs`): the work is done in portions, as many parts at once as there is room for.
 
+use super::focus::Lack;
 use super::memory::CacheMemory;
 use super::pace::history;
 use super::work_memory::MOST_PARTS;
@@ -44,19 +45,22 @@ pub struct Portion {
 }
 
 impl WorkList {
-    /// The work of a batch that gives the nodes of each brick the first number of paths in `left`, after the second. `order`:
-    /// the places, those of bricks that lie close to one another one after another, since their paths read the same voxels.
+    /// The work of a batch that gives the nodes of each brick what they lack. `order`: the places, those of bricks that lie
+    /// close to one another one after another, since their paths read the same voxels.
     pub fn new(
         cache: &mut CacheMemory,
         order: &[u32],
-        left: impl Iterator<Item = [u32; 2]>,
+        lacks: impl Iterator<Item = Lack>,
     ) -> WorkList {
         let (gathers, begins_coarse) = (cache.layout.gathers, cache.layout.begins_coarse());
-        let left: Vec<[u32; 2]> = left.collect();
+        let lacks: Vec<Lack> = lacks.collect();
         let mut jobs = Vec::new();
         let bricks = cache.bricks_mut();
         for &place in order {
-            let [samples, had] = left[place as usize];
+            let Lack {
+                paths: samples,
+                had,
+            } = lacks[place as usize];
             let brick = &mut bricks[place as usize];
             let gathers = gathers && samples > 0 && had + samples <= GATHERED;
             let is_coarse = gathers && begins_coarse;

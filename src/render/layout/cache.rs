@@ -5,6 +5,8 @@
 //! within reach of its nodes scatters light or shows a surface. The page table says which place: ten
 //! bits for each axis.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::occupancy::Occupancy;
@@ -31,8 +33,9 @@ pub struct CacheLayout {
     pub step: [f32; 3],
     /// Bricks along each axis.
     pub bricks: [u32; 3],
-    /// Lattice positions of the bricks that have memory, packed: ten bits for each axis.
-    pub active: Vec<u32>,
+    /// Lattice positions of the bricks that have memory, packed: ten bits for each axis. Shared, since layouts are copied and
+    /// compared whenever the camera moves.
+    pub active: Arc<[u32]>,
     /// Places for bricks along each axis of the images.
     pub places: [u32; 3],
     /// Light is read close to a face of the box.
@@ -82,7 +85,7 @@ impl CacheLayout {
             nodes,
             step,
             bricks,
-            active,
+            active: active.into(),
             places,
             meets_faces: occupancy.meets_faces(),
             gathers: nodes.iter().all(|&n| n > 1),

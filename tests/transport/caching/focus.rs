@@ -1,6 +1,6 @@
 //! Cells in sight get most paths: that pays, and whoever looks from elsewhere is not left behind.
 
-use isolume::render::Until;
+use isolume::render::{Batch, Until};
 use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
@@ -40,7 +40,12 @@ fn look_from_everywhere(cached: &mut Cached) {
 
 /// All that is in sight gets the paths that it lacks.
 fn catch_up(cached: &mut Cached) {
-    assert!(cached.caching().batch(0, Until::NEVER).expect("a batch"));
+    assert!(
+        cached
+            .caching()
+            .batch(Batch::CatchUp, Until::NEVER)
+            .expect("a batch")
+    );
 }
 
 /// Seen from the other side from now on.

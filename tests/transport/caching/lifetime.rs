@@ -1,7 +1,7 @@
 //! What keeps the cache's light and what ends it.
 
 use isolume::engine::{Changed, Engine};
-use isolume::render::{CacheLayout, GpuScene, Until};
+use isolume::render::{Batch, CacheLayout, GpuScene, Until};
 use isolume::scene::*;
 
 use crate::support::common::*;
@@ -86,7 +86,11 @@ fn light_goes_from_one_engine_to_another() {
         "there is none yet"
     );
     let mut caching = old.caching().expect("a cache");
-    assert!(caching.batch(4, Until::NEVER).expect("a batch"));
+    assert!(
+        caching
+            .batch(Batch::Paths(4), Until::NEVER)
+            .expect("a batch")
+    );
     assert_eq!(
         old.change_in_place(&after).expect("no change"),
         Changed::Impossible
@@ -105,7 +109,11 @@ fn light_goes_from_one_engine_to_another() {
     assert!(!cache.is_caught_up(), "what is in sight is not known yet");
     // What the cache shows is the same as what another engine fills it with.
     let mut caching = empty.caching().expect("a cache");
-    assert!(caching.batch(4, Until::NEVER).expect("a batch"));
+    assert!(
+        caching
+            .batch(Batch::Paths(4), Until::NEVER)
+            .expect("a batch")
+    );
     let [adopted, filled] = [&mut new, &mut empty].map(|e| e.march().expect("a march"));
     assert!(adopted.expect("a picture").rgb == filled.expect("a picture").rgb);
     drop((old, new, empty));

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use isolume::gpu::{Device, Memory};
-use isolume::render::{GpuScene, Renderer, Until};
+use isolume::render::{Batch, GpuScene, Renderer, Until};
 use isolume::scene::*;
 
 use crate::memory_plan::{F16, F32, Kind, Rung, clay, name, plan, scene, sparse};
@@ -26,7 +26,10 @@ fn assert_exact(device: &Arc<Device>, surfaces: Option<LightModel>, g: f64, rung
     let memory = Memory::new(device, plan.bytes()).expect("memory");
     let mut renderer = Renderer::new(&memory, &volume, scene.clone()).expect(&what);
     if let Some(mut caching) = renderer.caching() {
-        assert!(caching.batch(1, Until::NEVER).expect(&what), "{what}");
+        assert!(
+            caching.batch(Batch::Paths(1), Until::NEVER).expect(&what),
+            "{what}"
+        );
     }
     assert!(renderer.unit(1, Until::NEVER).expect(&what), "{what}");
     renderer.film().expect(&what);
