@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use super::shards::Fingerprints;
 use super::views::{Saved, Summed, View};
 use crate::cli::RenderArgs;
 use crate::engine::{Engine, Stop, Stopwatch};
@@ -12,7 +11,9 @@ use crate::interrupt;
 use crate::output::{Continuation, Outputs, say};
 use crate::render::next_batch_size;
 use crate::scene::{Opened, Scene, describe};
-use crate::shard::{About, CacheFile, Found, Identity, Named, RunOf, Settings, State};
+use crate::shard::{
+    About, CacheFile, Fingerprints, Found, Identity, Named, RunOf, Settings, State,
+};
 
 /// The render whose state is kept.
 pub struct KeptRender<'a> {

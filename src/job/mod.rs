@@ -7,7 +7,6 @@ mod merge;
 mod plan;
 mod preparation;
 mod render;
-mod shards;
 mod summary;
 mod views;
 

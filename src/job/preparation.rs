@@ -6,16 +6,15 @@ use std::thread;
 
 use super::clock::Clock;
 use super::open_scene_timed;
-use super::shards::{Fingerprints, check_variant};
 use crate::cli::RenderArgs;
 use crate::engine::{Host, Setup, Stop, Task, Trial, Tried};
-use crate::error::Result;
+use crate::error::{Error, Place, Result};
 use crate::interrupt;
 use crate::output::say;
 use crate::output::stats::TRY_VARIANTS;
-use crate::render::Choice;
+use crate::render::{self, Choice};
 use crate::scene::{Opened, Variant};
-use crate::shard::Settings;
+use crate::shard::{Fingerprints, Settings};
 
 /// Opens the scene while the device starts.
 pub fn open(args: &RenderArgs, clock: &mut Clock) -> Result<(Opened, Host)> {
@@ -110,4 +109,15 @@ fn compile<'a>(
         let walked = walk.map(|walk| walk.join().unwrap_or_else(|panic| resume_unwind(panic)));
         Ok((begun, walked.transpose()?))
     })
+}
+
+/// Fails for `published`, whose samples have no numbers.
+fn check_variant(variant: &render::Variant, flag: &str) -> Result<()> {
+    match variant {
+        render::Variant::Published => Err(Error::input(
+            Place::flag(flag),
+            "the variant \"published\" has no samples by number; use another one",
+        )),
+        _ => Ok(()),
+    }
 }

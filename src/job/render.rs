@@ -7,7 +7,6 @@ use super::checkpoint::{Earlier, Keeper, KeptRender};
 use super::clock::Clock;
 use super::interruptible;
 use super::preparation::{make_engine, open};
-use super::shards::Fingerprints;
 use super::summary::{RenderedPicture, Summary, Taken};
 use super::views::{Saved, View, files, views};
 use crate::cli::RenderArgs;
@@ -18,7 +17,7 @@ use crate::output::progress::ProgressLine;
 use crate::output::stats::{FILL_CACHE, RENDER};
 use crate::output::{Outputs, check_inputs_stay, check_writable};
 use crate::scene::Opened;
-use crate::shard::{Found, side_files};
+use crate::shard::{Fingerprints, Found, side_files};
 
 pub fn render(args: &RenderArgs) -> Result<u8> {
     interrupt::catch_signals();

@@ -2,14 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use super::shards::Fingerprints;
 use crate::cli::RenderArgs;
 use crate::engine::{Engine, Picture};
 use crate::error::Result;
 use crate::output::{Continuation, Format, Outputs, Provenance};
 use crate::render::Sums;
 use crate::scene::{Opened, Scene, describe};
-use crate::shard::Header;
+use crate::shard::{Fingerprints, Header};
 
 /// One picture of an orbit, or the only one.
 pub struct View {

@@ -11,6 +11,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
+use super::fingerprints::save_light;
 use super::settings::Settings;
 use super::{Fingerprint, Identity, beside};
 use crate::engine::Engine;
@@ -70,7 +71,7 @@ impl CacheFile {
         let Some(mut caching) = engine.caching() else {
             return Ok(None);
         };
-        let mut light = Fingerprint::default();
+        let mut light = String::new();
         let path = beside(checkpoint, "cache");
         // An error of the device is kept apart from errors of the file.
         let mut fault = None;
@@ -83,10 +84,7 @@ impl CacheFile {
             put(MAGIC)?;
             let mut save = || -> Result<CacheState> {
                 let mut put = |bytes: &[u8]| put(bytes).map_err(|error| Error::io(&path, error));
-                caching.save_light(&mut |bytes| {
-                    light.add(bytes);
-                    put(bytes)
-                })?;
+                light = save_light(&mut caching, &mut put)?;
                 caching.save_rest(&mut put)
             };
             let state = match save() {
@@ -100,7 +98,7 @@ impl CacheFile {
                 identity: about.identity.clone(),
                 scene: about.scene.into(),
                 settings: about.settings,
-                fill: light.text(),
+                fill: light.clone(),
                 is_filled: about.is_filled,
                 state,
             })?;
@@ -109,7 +107,7 @@ impl CacheFile {
             file.write_all(&fingerprint.bytes())
         });
         written.map_err(|error| fault.unwrap_or(error))?;
-        Ok(Some(light.text()))
+        Ok(Some(light))
     }
 
     /// The file beside a checkpoint, if there is one.

@@ -1,11 +1,13 @@
-//! The header and sums that a render adds to its EXRs if they are shards.
+//! What a run's pictures have in common: fingerprints of the volume and of the filling of the cache, by which shards that do
+//! not belong together are told apart.
 
+use super::identity::volume_fingerprint;
+use super::{Fingerprint, Header, Identity};
 use crate::engine::Engine;
-use crate::error::{Error, Place, Result};
-use crate::render::{Sums, Variant};
+use crate::error::Result;
+use crate::render::{Caching, Sink, Sums};
 use crate::scene::Scene;
 use crate::scene::volume::Volume;
-use crate::shard::{Fingerprint, Header, Identity, volume_fingerprint};
 
 /// Fingerprints that all pictures of a run have in common.
 pub struct Fingerprints {
@@ -43,24 +45,16 @@ impl Fingerprints {
 }
 
 fn fill(engine: &mut Engine) -> Result<Option<String>> {
-    let Some(mut caching) = engine.caching() else {
-        return Ok(None);
-    };
+    let light = |mut caching| save_light(&mut caching, &mut |_| Ok(()));
+    engine.caching().map(light).transpose()
+}
+
+/// Hands the bytes of a cache's light to `sink`, and returns their fingerprint.
+pub(super) fn save_light(caching: &mut Caching<'_>, sink: &mut Sink<'_>) -> Result<String> {
     let mut fingerprint = Fingerprint::default();
     caching.save_light(&mut |bytes| {
         fingerprint.add(bytes);
-        Ok(())
+        sink(bytes)
     })?;
-    Ok(Some(fingerprint.text()))
-}
-
-/// Fails for `published`, whose samples have no numbers.
-pub fn check_variant(variant: &Variant, flag: &str) -> Result<()> {
-    match variant {
-        Variant::Published => Err(Error::input(
-            Place::flag(flag),
-            "the variant \"published\" has no samples by number; use another one",
-        )),
-        _ => Ok(()),
-    }
+    Ok(fingerprint.text())
 }

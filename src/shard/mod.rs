@@ -8,6 +8,7 @@ mod cache_file;
 mod checkpoint;
 mod file;
 mod fingerprint;
+mod fingerprints;
 mod header;
 mod identity;
 mod lock;
@@ -22,8 +23,9 @@ pub use cache_file::{About, CacheFile};
 pub use checkpoint::{Found, RunOf, State};
 pub use file::{Pixels, read_header};
 pub use fingerprint::Fingerprint;
+pub use fingerprints::Fingerprints;
 pub use header::{Fill, Header};
-pub use identity::{Identity, Named, volume_fingerprint};
+pub use identity::{Identity, Named};
 pub use merge::{Merged, check_kept, merge};
 pub use settings::Settings;
 
