@@ -1,7 +1,7 @@
 //! The one type that a program drives: open a volume, resolve a scene, plan, fill a cache, take samples, change the
 //! scene, read picture and figures. The command line and the window are both built on it.
 
-pub mod batches;
+mod batches;
 mod budget;
 mod change;
 pub mod figures;
@@ -15,10 +15,10 @@ mod picture;
 mod refinement;
 mod run;
 mod sample_range;
-pub mod schedule;
+mod schedule;
 mod setup;
 mod slices;
-pub mod stop;
+mod stop;
 mod stopwatch;
 mod task;
 mod trial;
@@ -36,6 +36,7 @@ use crate::scene::volume::Volume;
 use figures::{BrickStats, CacheStats, MemoryStats};
 use filling::SamplesAhead;
 
+pub use batches::cache_goal;
 pub use budget::{Budget, BudgetSource, Limit};
 pub use change::Changed;
 pub use host::{Host, HostOptions};
@@ -44,8 +45,9 @@ pub use picture::{Picture, relative_error};
 pub use refinement::Refinement;
 pub use run::{Outcome, Progress, Run};
 pub use sample_range::SampleRange;
+pub use schedule::sixteenth;
 pub use setup::Setup;
-pub use stop::{Sampled, Stop, StopReason};
+pub use stop::{Sampled, Stop, StopReason, UNITS_TO_TRUST};
 pub use stopwatch::Stopwatch;
 pub use task::Task;
 pub use trial::{Trial, Tried};

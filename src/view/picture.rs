@@ -9,9 +9,7 @@
 use std::time::{Duration, Instant};
 
 use super::light;
-use crate::engine::schedule::sixteenth;
-use crate::engine::stop::UNITS_TO_TRUST;
-use crate::engine::{Engine, Picture, Refinement};
+use crate::engine::{Engine, Picture, Refinement, UNITS_TO_TRUST, sixteenth};
 use crate::error::Result;
 use crate::gpu::{Image, Slices};
 use crate::render::{Film, RAYS_PER_PIXEL, ToneMapPush};
