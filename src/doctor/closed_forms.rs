@@ -14,9 +14,20 @@ use crate::error::{Error, Result};
 use crate::scene::volume::{Volume, Voxels};
 use crate::scene::{EnvironmentImage, Scene, SceneFile, resolve};
 
-/// A number that was measured against one that is known.
+/// A number that was measured against one that is known, and what came of it.
 #[derive(Debug, Serialize)]
 pub struct ClosedForm {
+    #[serde(flatten)]
+    pub measurement: Measured,
+    pub seconds: f64,
+    /// Whether the measurement agrees with the exact number.
+    pub holds: bool,
+    /// Whether its standard error is small enough for that to mean something.
+    pub decided: bool,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Measured {
     pub name: &'static str,
     pub exact: f64,
     pub measured: f64,
@@ -24,11 +35,6 @@ pub struct ClosedForm {
     pub stderr: f64,
     /// Largest difference that counts as agreement.
     pub tolerance: f64,
-    pub seconds: f64,
-    /// Whether the measurement agrees with the exact number.
-    pub holds: bool,
-    /// Whether its standard error is small enough for that to mean something.
-    pub decided: bool,
 }
 
 /// Errors of a cache, and of the noise of its cells, which a picture's standard error does not know.
@@ -93,14 +99,6 @@ fn unless_too_slow(checked: Result<Vec<Measured>>) -> Result<Option<Vec<Measured
     }
 }
 
-struct Measured {
-    name: &'static str,
-    exact: f64,
-    measured: f64,
-    stderr: f64,
-    tolerance: f64,
-}
-
 impl Measured {
     /// The mean of red over the picture, whose pixels are independent.
     fn radiance(name: &'static str, picture: &Picture, exact: f64) -> Measured {
@@ -118,22 +116,13 @@ impl Measured {
     }
 
     fn judged(self, seconds: f64) -> ClosedForm {
-        let Measured {
-            name,
-            exact,
-            measured,
-            stderr,
-            tolerance,
-        } = self;
+        let holds = (self.measured - self.exact).abs() <= self.tolerance;
+        let decided = self.stderr <= CONCLUSIVE * self.exact.abs();
         ClosedForm {
-            name,
-            exact,
-            measured,
-            stderr,
-            tolerance,
+            measurement: self,
             seconds,
-            holds: (measured - exact).abs() <= tolerance,
-            decided: stderr <= CONCLUSIVE * exact.abs(),
+            holds,
+            decided,
         }
     }
 

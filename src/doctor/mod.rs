@@ -7,6 +7,7 @@
 mod closed_forms;
 mod page;
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -20,8 +21,11 @@ use closed_forms::ClosedForm;
 #[doc(hidden)]
 pub use closed_forms::{LIT_SURFACE, lit_surface_scene};
 
-/// For each device.
+/// No check of a device is begun that would last longer, counted from the first.
 const TIME: Duration = Duration::from_secs(20);
+/// The share of the host's time that the device's is between where its timestamps can be trusted: the former holds submission
+/// and waiting as well.
+const DEVICE_SHARE: RangeInclusive<f64> = 0.2..=1.02;
 
 /// What was found out about one device.
 #[derive(Debug, Serialize)]
@@ -56,7 +60,7 @@ pub struct Filter {
 pub struct Timestamps {
     pub by_device_s: f64,
     pub by_host_s: f64,
-    /// Whether the device's time is most of the host's, which holds submission and waiting as well.
+    /// Whether the device's time is as large a share of the host's as can be expected.
     pub holds: bool,
 }
 
@@ -137,7 +141,7 @@ impl Timestamps {
         Timestamps {
             by_device_s,
             by_host_s,
-            holds: by_device_s <= 1.02 * by_host_s && by_device_s >= 0.2 * by_host_s,
+            holds: DEVICE_SHARE.contains(&(by_device_s / by_host_s)),
         }
     }
 }

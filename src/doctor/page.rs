@@ -1,6 +1,7 @@
 //! The page in plain text.
 
 use super::Examination;
+use super::closed_forms::Measured;
 use crate::bytes::human;
 use crate::render::PeakRates;
 
@@ -95,20 +96,19 @@ fn timestamps(examination: &Examination) -> String {
 fn closed_forms(examination: &Examination) -> String {
     let mut text = String::new();
     for form in &examination.closed_forms {
+        let Measured {
+            name,
+            exact,
+            measured,
+            stderr,
+            tolerance,
+        } = &form.measurement;
+        let state = match (form.holds, form.decided) {
+            (true, false) => "?   ",
+            (holds, _) => state(holds),
+        };
         text += &format!(
-            "  {} {:<38} {:>9.6} ± {:.6}, exactly {:>9.6} within {:.6}  ({:.1} s)\n",
-            if form.decided {
-                state(form.holds)
-            } else if form.holds {
-                "?   "
-            } else {
-                "FAIL"
-            },
-            form.name,
-            form.measured,
-            form.stderr,
-            form.exact,
-            form.tolerance,
+            "  {state} {name:<38} {measured:>9.6} ± {stderr:.6}, exactly {exact:>9.6} within {tolerance:.6}  ({:.1} s)\n",
             form.seconds
         );
     }

@@ -107,7 +107,7 @@ impl<'r> Recording<'_, 'r> {
         count: [u32; 3],
     ) -> Result<()> {
         self.begin_images(bindings.iter().filter_map(|(_, binding)| binding.image()))?;
-        self.timed(
+        self.record_command(
             pass.name,
             vk::PipelineStageFlags2::COMPUTE_SHADER,
             |recording| {

@@ -13,7 +13,8 @@ use super::slices::SLICE_MS;
 use super::timing::{Span, Timings, Work};
 use crate::error::{Error, Result};
 
-pub(super) const MOST_PASSES: u32 = 64;
+/// Passes, copies and clears between two submissions, at most.
+pub(super) const MOST_COMMANDS: u32 = 64;
 
 /// A command of the submission under way.
 pub(super) struct Recorded {
@@ -65,7 +66,7 @@ impl Frame {
             .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER);
         let queries = vk::QueryPoolCreateInfo::default()
             .query_type(vk::QueryType::TIMESTAMP)
-            .query_count(2 * MOST_PASSES);
+            .query_count(2 * MOST_COMMANDS);
         // SAFETY: all infos are valid; everything is destroyed in Drop.
         unsafe {
             self.pool = raw.create_command_pool(&pool, None)?;
@@ -161,13 +162,13 @@ impl Frame {
         Ok(())
     }
 
-    /// An error while recording, naming the last command.
+    /// An error of the driver's, naming the command that was recorded last, if there is one.
     pub(super) fn failed(&self, error: vk::Result) -> Error {
         self.failed_in(self.recorded.last(), error)
     }
 
     pub(super) fn failed_in(&self, recorded: Option<&Recorded>, error: vk::Result) -> Error {
-        let place = recorded.map_or(String::new(), |r| format!(" in pass {}", r.name));
+        let place = recorded.map_or(String::new(), |r| format!(" in {}", r.name));
         failure(error, format!("{} failed{place}", self.device.summary.name))
     }
 }

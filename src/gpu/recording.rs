@@ -16,7 +16,7 @@
 
 use ash::vk;
 
-use super::frame::{Frame, MOST_PASSES, Recorded};
+use super::frame::{Frame, MOST_COMMANDS, Recorded};
 use super::image::Image;
 use super::timing::Work;
 use crate::error::{DeviceError, Error, Result};
@@ -138,17 +138,17 @@ impl<'f, 'r> Recording<'f, 'r> {
     }
 
     /// Records a command with its barrier, label and timestamps.
-    pub(super) fn timed(
+    pub(super) fn record_command(
         &mut self,
         name: &'static str,
         stage: vk::PipelineStageFlags2,
         commands: impl FnOnce(&mut Self) -> Result<()>,
     ) -> Result<()> {
         let recorded = &mut self.frame.recorded;
-        if recorded.len() as u32 == MOST_PASSES {
+        if recorded.len() as u32 == MOST_COMMANDS {
             return Err(DeviceError::Program {
                 part: format!("pass {name}"),
-                problem: format!("a frame records at most {MOST_PASSES} passes"),
+                problem: format!("a frame records at most {MOST_COMMANDS} commands"),
             }
             .into());
         }
@@ -178,13 +178,13 @@ impl<'f, 'r> Recording<'f, 'r> {
     }
 
     /// Records a command that copies or clears.
-    pub(super) fn copied(
+    pub(super) fn record_transfer(
         &mut self,
         name: &'static str,
         stage: vk::PipelineStageFlags2,
         commands: impl FnOnce(&mut Self) -> Result<()>,
     ) -> Result<()> {
-        self.timed(name, stage, |recording| {
+        self.record_command(name, stage, |recording| {
             if let Some(recorded) = recording.frame.recorded.last_mut() {
                 recorded.is_copy = true;
             }
@@ -236,7 +236,7 @@ fn reset(frame: &mut Frame) -> Result<(), vk::Result> {
     unsafe {
         raw.reset_command_buffer(frame.commands, vk::CommandBufferResetFlags::empty())?;
         raw.begin_command_buffer(frame.commands, &once)?;
-        raw.cmd_reset_query_pool(frame.commands, frame.queries, 0, 2 * MOST_PASSES);
+        raw.cmd_reset_query_pool(frame.commands, frame.queries, 0, 2 * MOST_COMMANDS);
     }
     Ok(())
 }

@@ -30,7 +30,7 @@ impl<'r> Recording<'_, 'r> {
         if new.is_empty() {
             return Ok(());
         }
-        self.copied(
+        self.record_transfer(
             "begin",
             vk::PipelineStageFlags2::ALL_TRANSFER,
             |recording| {
@@ -50,7 +50,7 @@ impl<'r> Recording<'_, 'r> {
     /// Sets all texels of the images to `texel`.
     pub fn clear_to(&mut self, images: &[&'r Image], texel: [f32; 4]) -> Result<()> {
         self.begin_images(images.iter().copied())?;
-        self.copied(
+        self.record_transfer(
             "clear",
             vk::PipelineStageFlags2::ALL_TRANSFER,
             |recording| {
@@ -213,7 +213,7 @@ impl<'r> Recording<'_, 'r> {
         work: Work,
         record: impl FnOnce(&ash::Device, vk::CommandBuffer),
     ) -> Result<()> {
-        self.copied(name, vk::PipelineStageFlags2::ALL_TRANSFER, |recording| {
+        self.record_transfer(name, vk::PipelineStageFlags2::ALL_TRANSFER, |recording| {
             let (raw, commands) = recording.raw();
             record(raw, commands);
             recording.state_work(work);

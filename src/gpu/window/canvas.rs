@@ -281,7 +281,7 @@ impl<'r> Recording<'_, 'r> {
     /// Draws the canvas's triangles over the target.
     pub fn draw(&mut self, canvas: &'r Canvas, target: &'r Target<'_>) -> Result<()> {
         self.begin_images(std::iter::once(&canvas.atlas))?;
-        self.timed(
+        self.record_command(
             "interface",
             vk::PipelineStageFlags2::ALL_COMMANDS,
             |recording| {

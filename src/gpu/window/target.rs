@@ -101,7 +101,7 @@ impl<'r> Recording<'_, 'r> {
         let color = vk::ClearColorValue {
             float32: [r, g, b, 1.0],
         };
-        self.copied(
+        self.record_transfer(
             "clear",
             vk::PipelineStageFlags2::ALL_COMMANDS,
             |recording| {

@@ -7,7 +7,7 @@
 pub mod blosc;
 mod blosclz;
 mod lzw;
-mod packbits;
+pub mod packbits;
 
 use std::io::Read;
 
