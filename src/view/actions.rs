@@ -1,7 +1,5 @@
 //! Carries out the actions of keys and buttons.
 
-use std::time::Instant;
-
 use glam::DVec3;
 use winit::window::Fullscreen;
 
@@ -22,7 +20,7 @@ impl App<'_> {
                 Ok(None) => {}
                 Err(error) => self.complain(error),
             }
-            self.interface_due = Some(Instant::now());
+            self.want_interface();
         }
     }
 

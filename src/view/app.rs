@@ -66,6 +66,11 @@ impl<'a> App<'a> {
         }
     }
 
+    /// Has the interface run in the next frame.
+    pub(super) fn want_interface(&mut self) {
+        self.interface_due = Some(Instant::now());
+    }
+
     /// Runs one frame: takes in what has arrived, works, and shows the picture. Work on the GPU is in slices, so that
     /// none of it takes long.
     pub(super) fn frame(&mut self) -> Result<()> {
@@ -100,7 +105,7 @@ impl<'a> App<'a> {
             Err(Error::Device(why)) => return Err(Error::Device(why)),
             // It is built anew for a smaller picture.
             Err(Error::Memory(_)) if session.has_been_shown() && self.fit.coarsen() => {
-                self.interface_due = Some(Instant::now());
+                self.want_interface();
                 return Ok(());
             }
             Err(error) if self.outlives_errors => {
@@ -115,7 +120,7 @@ impl<'a> App<'a> {
         };
         self.outlives_errors |= session.live().is_some();
         if was_building && session.build_under_way().is_none() {
-            self.interface_due = Some(Instant::now());
+            self.want_interface();
         }
         if let Some(error) = problem {
             self.complain(error);
@@ -215,7 +220,7 @@ impl<'a> App<'a> {
         self.report.take_times(live.engine.timings_mut());
         if live.picture.is_finished() && !was_finished {
             self.report.finished(live);
-            self.interface_due = Some(Instant::now());
+            self.want_interface();
         }
         Ok(changed)
     }
@@ -272,7 +277,7 @@ impl<'a> App<'a> {
         let said = message(&error);
         self.report.say(&format!("error: {said}"));
         self.message = Some(Message::new(said, true));
-        self.interface_due = Some(Instant::now());
+        self.want_interface();
     }
 
     /// Ends a build that is still under way once the window is closed.

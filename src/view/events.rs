@@ -46,7 +46,7 @@ impl ApplicationHandler<()> for App<'_> {
             }
             _ if wants_frame => {
                 self.report.response.received();
-                self.interface_due = Some(Instant::now());
+                self.want_interface();
             }
             _ => {}
         }
@@ -56,7 +56,7 @@ impl ApplicationHandler<()> for App<'_> {
         if is_interrupted() {
             event_loop.exit();
         }
-        self.interface_due = Some(Instant::now());
+        self.want_interface();
     }
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {

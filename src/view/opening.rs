@@ -1,7 +1,6 @@
 //! Opening scenes and volumes, and the scene file while the user edits it.
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use super::app::App;
 use super::document::Document;
@@ -20,7 +19,7 @@ impl App<'_> {
             return Ok(());
         };
         self.opening = None;
-        self.interface_due = Some(Instant::now());
+        self.want_interface();
         match result {
             Ok(document) => {
                 for note in &document.opened.notes {
@@ -54,7 +53,7 @@ impl App<'_> {
         match result {
             Ok(series) => {
                 session.series = series;
-                self.interface_due = Some(Instant::now());
+                self.want_interface();
             }
             Err(error) => self.complain(error),
         }
@@ -86,7 +85,7 @@ impl App<'_> {
             }
             Err(error) => self.complain(error),
         }
-        self.interface_due = Some(Instant::now());
+        self.want_interface();
     }
 
     /// Returns whether the file has been read; otherwise it is being opened again, with its volume.
@@ -135,7 +134,7 @@ impl App<'_> {
 
     fn open_edited(&mut self, path: PathBuf, edits: Vec<Edit>) {
         self.opening = Some(open_document(path, edits, self.args, &self.proxy));
-        self.interface_due = Some(Instant::now());
+        self.want_interface();
     }
 
     /// The changes of the command line: for the scene that it names, whenever that is opened or read, and for no
