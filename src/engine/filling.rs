@@ -164,9 +164,10 @@ impl Engine {
             }
             // The better the cache, the better the picture, unless nothing is left to gain.
             (None, Some(time), ahead) if !stop.is_counted() => {
-                let time = time.as_secs_f64();
-                let share = ahead.map(|ahead| ahead.best_share(time, pictures));
-                is_known_to(0.0) || share.is_some_and(|share| self.seconds_filled() >= share * time)
+                let (filled, time) = (self.seconds_filled(), time.as_secs_f64());
+                let has_had_share =
+                    |ahead: CachedForecast| ahead.has_had_its_share(filled, time, pictures);
+                is_known_to(0.0) || ahead.is_some_and(has_had_share)
             }
             _ => is_known_to(cache_goal(stop)),
         }

@@ -221,6 +221,11 @@ impl CachedForecast {
         best.unwrap_or_default()
     }
 
+    /// Whether filling, which has taken so many seconds, has had its share of the first picture's.
+    pub fn has_had_its_share(&self, filled: f64, seconds: f64, pictures: u32) -> bool {
+        filled >= seconds * self.best_share(seconds, pictures)
+    }
+
     /// Mean square of the pictures' relative errors, if filling takes this share of the first one's seconds.
     fn variance_with(&self, share: f64, seconds: f64, pictures: u32) -> f64 {
         let CachedForecast { samples, fill } = self;
@@ -372,6 +377,21 @@ mod tests {
             assert!((found / samples - 1.0).abs() < 1e-9, "{samples}: {found}");
         }
         assert!(streamed.samples_in(0.5) < 1.0);
+    }
+
+    /// Where time alone limits a render, no error of the cache is good enough.
+    #[test]
+    fn a_cache_is_filled_for_its_share_of_the_time() {
+        let converged = CachedForecast {
+            fill: FillForecast {
+                paths: 1024.0,
+                ..CACHED.fill
+            },
+            ..CACHED
+        };
+        let share = converged.best_share(60.0, 1);
+        assert!(!converged.has_had_its_share(0.9 * share * 60.0, 60.0, 1));
+        assert!(converged.has_had_its_share(1.1 * share * 60.0, 60.0, 1));
     }
 
     /// However noisy the cache is, there is time left for a sample.

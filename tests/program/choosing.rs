@@ -52,17 +52,6 @@ fn counted_samples_are_not_tried_so_that_bits_repeat() {
     assert_eq!(folder.read("a.png"), picture);
 }
 
-/// Time is all that limits it: the cache gets more paths than it would need to count as converged.
-#[test]
-fn a_cache_is_filled_for_its_share_of_the_time() {
-    let folder = Folder::new();
-    let cached = "render ball.toml --variant caching --cache-scale 0.5 --set medium.g=0 --size 8x8";
-    folder.succeed(&format!("{cached} --time 3 -o a.exr --stats s.json"));
-    let stats = folder.json("s.json");
-    let error = stats["cache"]["relative_error"].as_f64();
-    assert!(error.is_some_and(|error| error < 1e-3), "{stats:#}");
-}
-
 /// Under a bright sun a haze is bright, although next to no path without a cache has a collision in it.
 #[test]
 fn a_haze_that_paths_pass_is_not_taken_for_nothing() {
