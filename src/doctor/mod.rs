@@ -23,8 +23,8 @@ pub use closed_forms::{LIT_SURFACE, lit_surface_scene};
 
 /// No check of a device is begun that would last longer, counted from the first.
 const TIME: Duration = Duration::from_secs(20);
-/// The share of the host's time that the device's is between where its timestamps can be trusted: the former holds submission
-/// and waiting as well.
+/// The device's time of a dispatch as a share of the host's, which holds submission and waiting as well, where timestamps can be
+/// trusted.
 const DEVICE_SHARE: RangeInclusive<f64> = 0.2..=1.02;
 
 /// What was found out about one device.
