@@ -108,27 +108,26 @@ impl Engine {
         if !may_be_due {
             return Ok(false);
         }
-        let tried = match self.samples_ahead {
-            None => {
-                let pixels = self.pixels_to_try().min(SHARE_OF_PIXELS * self.pixels());
-                self.try_few_pixels(pixels, until)?
-            }
+        let are_of_all_pixels = match self.samples_ahead {
+            None => false,
             Some(SamplesAhead {
                 forecast,
                 are_of_all_pixels: false,
-            }) if self.seconds_filled() >= LITTLE_TIME * self.seconds_to_try(&forecast) => {
-                self.try_all_pixels(until)?
-            }
-            Some(_) => None,
+            }) if self.seconds_filled() >= LITTLE_TIME * self.seconds_to_try(&forecast) => true,
+            Some(_) => return Ok(false),
         };
-        let Some(forecast) = tried else {
-            return Ok(false);
+        let tried = if are_of_all_pixels {
+            self.try_all_pixels(until)?
+        } else {
+            let pixels = self.pixels_to_try().min(SHARE_OF_PIXELS * self.pixels());
+            self.try_few_pixels(pixels, until)?
         };
-        self.samples_ahead = Some(SamplesAhead {
+        let ahead = tried.map(|forecast| SamplesAhead {
             forecast,
-            are_of_all_pixels: self.samples_ahead.is_some(),
+            are_of_all_pixels,
         });
-        Ok(true)
+        self.samples_ahead = ahead.or(self.samples_ahead);
+        Ok(ahead.is_some())
     }
 
     /// Time that filling the cache has taken so far.
