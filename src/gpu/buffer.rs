@@ -61,7 +61,7 @@ pub enum Placement {
 }
 
 pub struct Buffer {
-    pub(super) raw: vk::Buffer,
+    raw: vk::Buffer,
     pub(super) desc: BufferDesc,
     not_sync: PhantomData<Cell<u8>>,
     // Last: the memory goes after the buffer.
@@ -124,6 +124,13 @@ impl Buffer {
         }
         .map_err(failed)?;
         Ok(buffer)
+    }
+
+    /// The handle for a command. A buffer without memory, since a dry run has made it or it could not be resized, has none.
+    pub(super) fn handle(&self) -> vk::Buffer {
+        let name = self.desc.name;
+        assert!(self.raw != vk::Buffer::null(), "{name} has no memory");
+        self.raw
     }
 
     /// A mapped buffer that holds `data`; an empty one has room for an element, since shaders may read one, although
@@ -256,7 +263,7 @@ impl Drop for Buffer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::{Device, DeviceChoice, Format, Image, ImageDesc};
+    use crate::gpu::{Device, DeviceChoice, Format, Frame, Image, ImageDesc};
 
     /// A later resize to the old size must not take what is gone for what is there.
     #[test]
@@ -276,5 +283,15 @@ mod tests {
         assert_eq!(image.desc.extent, [0; 3]);
         image.resize(desc.extent).expect("an image");
         assert_eq!(image.desc, desc);
+    }
+
+    #[test]
+    #[should_panic(expected = "numbers has no memory")]
+    fn what_a_dry_run_has_made_cannot_be_used() {
+        let device = Device::open(&DeviceChoice::default()).expect("a Vulkan device");
+        let memory = Memory::dry_run(&device, device.summary.clone());
+        let buffer = Buffer::new(&memory, BufferDesc::device("numbers", 4096)).expect("a plan");
+        let mut frame = Frame::new(&device).expect("a frame");
+        let _ = frame.run(|recording| recording.zero(&buffer));
     }
 }

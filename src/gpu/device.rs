@@ -12,7 +12,7 @@ use super::instance::{Instance, Validation, one_at_a_time, queue_families};
 use super::needs::{can_load_texels, can_store_texels, can_vote, has_timestamps, timestamp_mask};
 use super::pipeline_cache::PipelineCache;
 use super::shader;
-use super::survey::{DeviceSummary, choose, compute_queue, device_local_heap, survey};
+use super::survey::{DeviceSummary, candidates, compute_queue, device_local_heap, survey};
 use crate::error::{DeviceError, Result};
 use crate::locked::locked;
 
@@ -26,6 +26,9 @@ pub struct DeviceChoice {
     /// ways.
     pub fetches_texels: bool,
 }
+
+/// Whether a queue family of a device can show images where it has to; what is wrong with it, if it cannot.
+pub(super) type CanShow<'a> = &'a dyn Fn(vk::PhysicalDevice, u32) -> Result<(), String>;
 
 /// An open device. Everything made from it holds an `Arc` of it.
 pub struct Device {
@@ -59,36 +62,47 @@ pub struct Device {
     pub stores_texels: bool,
     pub summary: DeviceSummary,
     // Last: the instance goes after its device.
-    pub(super) instance: Instance,
+    pub(super) instance: Arc<Instance>,
 }
 
 impl Device {
     /// Opens the wanted device, or the best by its [`DeviceKind`](super::DeviceKind).
     pub fn open(choice: &DeviceChoice) -> Result<Arc<Device>> {
-        let instance = Instance::new(choice.validation, &[])?;
-        Device::open_from(instance, choice, false)
+        let instance = Arc::new(Instance::new(choice.validation, &[])?);
+        Device::open_from(instance, choice, None)
     }
 
-    /// `draws`: whether the device has to show images in windows as well.
+    /// `can_show`: asked of devices that have to show images as well.
     pub(super) fn open_from(
-        instance: Instance,
+        instance: Arc<Instance>,
         choice: &DeviceChoice,
-        draws: bool,
+        can_show: Option<CanShow<'_>>,
     ) -> Result<Arc<Device>> {
         let summaries = survey(&instance)?;
-        let summary = choose(&summaries, choice.wanted.as_deref())?.clone();
-        let physical = instance.physical_devices()?[summary.index];
-        Device::create(instance, physical, summary, draws, choice.fetches_texels)
+        let physical = instance.physical_devices()?;
+        let mut problem = None;
+        for summary in candidates(&summaries, choice.wanted.as_deref())? {
+            let physical = physical[summary.index];
+            match usable_queue(&instance, physical, summary, can_show) {
+                Ok(family) => {
+                    let (summary, draws) = (summary.clone(), can_show.is_some());
+                    let fetches = choice.fetches_texels;
+                    return Device::create(instance, physical, summary, family, draws, fetches);
+                }
+                Err(e) => problem = problem.or(Some(e)),
+            }
+        }
+        Err(problem.expect("at least one candidate"))
     }
 
     fn create(
-        instance: Instance,
+        instance: Arc<Instance>,
         physical: vk::PhysicalDevice,
         summary: DeviceSummary,
+        queue_family: u32,
         draws: bool,
         fetches_texels: bool,
     ) -> Result<Arc<Device>> {
-        let queue_family = usable_queue(&instance, physical, &summary, draws)?;
         let family = queue_families(&instance, physical)[queue_family as usize];
         let stores_texels = can_store_texels(&instance, physical);
         let loads_texels =
@@ -218,32 +232,34 @@ impl Device {
     }
 }
 
-/// The family of the queue that is used; fails where the device has none that does what is asked for, as drawing in a window.
+/// The family of the queue that is used; fails where the device has none that computes, and, if that is asked, draws and
+/// shows images.
 fn usable_queue(
     instance: &Instance,
     physical: vk::PhysicalDevice,
     summary: &DeviceSummary,
-    draws: bool,
+    can_show: Option<CanShow<'_>>,
 ) -> Result<u32> {
-    let unable = |problem: &str| {
-        let device = summary.name.clone();
-        if draws {
-            let problem = format!("{problem}, which a window needs");
-            DeviceError::ShowsNothing { device, problem }
-        } else {
-            let problem = problem.into();
-            DeviceError::Unable { device, problem }
-        }
+    let family = compute_queue(instance, physical, can_show.is_some());
+    let Some(can_show) = can_show else {
+        return family.ok_or_else(|| {
+            DeviceError::Unable {
+                device: summary.name.clone(),
+                problem: "has no compute queue".into(),
+            }
+            .into()
+        });
     };
-    if draws && !instance.has_extension(physical, khr::swapchain::NAME) {
-        return Err(unable("lacks VK_KHR_swapchain").into());
+    let unable = |problem: &str| summary.shows_nothing(problem.into());
+    if !instance.has_extension(physical, khr::swapchain::NAME) {
+        return Err(unable("lacks VK_KHR_swapchain, which a window needs"));
     }
-    let problem = if draws {
-        "has no queue that both computes and draws"
-    } else {
-        "has no compute queue"
-    };
-    compute_queue(instance, physical, draws).ok_or_else(|| unable(problem).into())
+    let family = family
+        .ok_or_else(|| unable("has no queue that both computes and draws, which a window needs"))?;
+    match can_show(physical, family) {
+        Ok(()) => Ok(family),
+        Err(problem) => Err(summary.shows_nothing(problem)),
+    }
 }
 
 /// Opens a device with one queue of a family. The survey has found every feature present.

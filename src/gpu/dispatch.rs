@@ -171,19 +171,19 @@ impl Descriptor {
         let image = |image: &Image, sampler| {
             let info = vk::DescriptorImageInfo::default()
                 .sampler(sampler)
-                .image_view(image.view)
+                .image_view(image.view())
                 .image_layout(vk::ImageLayout::GENERAL);
             Ok(Descriptor::Image([info]))
         };
         match (declared.kind, bound) {
             (vk::DescriptorType::STORAGE_BUFFER, Binding::Buffer(b)) => {
                 let info = vk::DescriptorBufferInfo::default()
-                    .buffer(b.raw)
+                    .buffer(b.handle())
                     .range(vk::WHOLE_SIZE);
                 Ok(Descriptor::Buffer([info]))
             }
             (vk::DescriptorType::STORAGE_IMAGE, Binding::Image(i))
-                if i.desc.written || device.loads_texels =>
+                if i.desc.written || device.loads_texels && !declared.is_written =>
             {
                 image(i, device.nearest)
             }
@@ -220,5 +220,42 @@ fn check_names(pass: &Pass, bindings: &[(&str, Binding<'_>)]) -> Result<()> {
                 declared.join(", ")
             )))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::{DeviceChoice, Format, ImageDesc, Memory, PassDesc, Shaders};
+
+    const WRITES: &str = "#version 460
+        layout(local_size_x = 1) in;
+        layout(r32f) writeonly uniform image2D texels;
+        void main() { imageStore(texels, ivec2(0), vec4(1.0)); }";
+
+    /// A CPU's driver would write there: its images are storage images, so that shaders can load their texels.
+    #[test]
+    fn an_image_is_written_only_if_it_is_made_for_that() {
+        let device = Device::open(&DeviceChoice::default()).expect("a Vulkan device");
+        let memory = Memory::new(&device, 1 << 20).expect("memory");
+        let shaders = Shaders::new(String::new()).with_file("writes.comp", WRITES);
+        let desc = PassDesc {
+            name: "writes",
+            specialization: &[],
+            push: "",
+            macros: &[],
+        };
+        let pass = Pass::new(&device, &shaders, &desc).expect("a pass");
+        let mut frame = Frame::new(&device).expect("a frame");
+        let mut write = |desc: ImageDesc| {
+            let image = Image::new(&memory, desc.zeroed()).expect("an image");
+            let bindings = [("texels", Binding::Image(&image))];
+            frame.run(|recording| recording.dispatch(&pass, &bindings, &(), [1; 3]))
+        };
+        let desc = ImageDesc::flat("read", [1, 1], Format::R32_SFLOAT);
+        let error = write(desc).expect_err("an image that shaders only read");
+        let expected = "texels is written, but the image read is not made for that";
+        assert!(error.to_string().contains(expected), "{error}");
+        write(desc.written()).expect("a written image");
     }
 }

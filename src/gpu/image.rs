@@ -31,8 +31,8 @@ pub struct ImageDesc {
 /// An image that can be a sampled image and source and destination of copies, and also a storage image if it is
 /// `written` or if the device reads images in that way. One thread at a time uses it.
 pub struct Image {
-    pub(super) raw: vk::Image,
-    pub(super) view: vk::ImageView,
+    raw: vk::Image,
+    view: vk::ImageView,
     pub(super) desc: ImageDesc,
     /// Whether no submission that has ended well has used it.
     is_new: Cell<bool>,
@@ -211,7 +211,7 @@ impl Image {
     }
 
     /// Changes the extent; the texels are lost. The old memory is freed first, so that both together are never
-    /// needed: after an error the image has no texels, and may only be resized or dropped.
+    /// needed: after an error the image has no memory, and may only be resized or dropped.
     pub fn resize(&mut self, extent: [u32; 3]) -> Result<()> {
         let desc = ImageDesc {
             extent,
@@ -221,6 +221,20 @@ impl Image {
         self.destroy();
         *self = Image::new(&memory, desc)?;
         Ok(())
+    }
+
+    /// The handle for a command. An image without memory, since a dry run has made it or it could not be resized, has none.
+    pub(super) fn handle(&self) -> vk::Image {
+        let name = self.desc.name;
+        assert!(self.raw != vk::Image::null(), "{name} has no memory");
+        self.raw
+    }
+
+    /// The view for a descriptor, of an image that has memory.
+    pub(super) fn view(&self) -> vk::ImageView {
+        let name = self.desc.name;
+        assert!(self.view != vk::ImageView::null(), "{name} has no memory");
+        self.view
     }
 
     /// Whether its layout and its texels are still undefined.

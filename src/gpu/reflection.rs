@@ -16,6 +16,8 @@ pub(super) struct Resource {
     pub name: String,
     pub binding: u32,
     pub kind: vk::DescriptorType,
+    /// Whether it is a storage image that the shader may write.
+    pub is_written: bool,
 }
 
 #[derive(Debug, PartialEq, Eq)]
@@ -145,6 +147,11 @@ impl<'a> Module<'a> {
         })
     }
 
+    fn is_readonly(&self, id: u32) -> bool {
+        self.all(op::DECORATE)
+            .any(|operands| *operands == [id, decoration::NON_WRITABLE])
+    }
+
     fn name(&self, id: u32) -> Option<String> {
         let mut names = self.all(op::NAME);
         let words = names.find_map(|operands| operands.strip_prefix(&[id]))?;
@@ -180,6 +187,7 @@ impl<'a> Module<'a> {
         Ok(Resource {
             binding: binding.ok_or_else(|| format!("{name} has no binding"))?,
             name,
+            is_written: kind == vk::DescriptorType::STORAGE_IMAGE && !self.is_readonly(id),
             kind,
         })
     }
@@ -248,8 +256,10 @@ mod tests {
         layout(scalar) readonly buffer FromBlock { uint at; } from;
         uniform sampler2D picture;
         layout(r32f) uniform image3D cells;
+        layout(r32f) readonly uniform image3D values;
         layout(scalar) writeonly buffer ToBlock { uint at; } to;
-        float unused() { return texture(picture, vec2(0.0)).r + imageLoad(cells, ivec3(0)).r; }
+        float unused() { return texture(picture, vec2(0.0)).r + imageLoad(cells, ivec3(0)).r
+            + imageLoad(values, ivec3(0)).r; }
         void main() { to.at = from.at + push.b; }";
 
     fn compiled(glsl: &str) -> Vec<u32> {
@@ -286,17 +296,18 @@ mod tests {
             push_bytes,
             workgroup,
         } = Reflection::read(&code).expect("SPIR-V");
-        assert!(resources.iter().map(|resource| resource.binding).eq(0..4));
+        assert!(resources.iter().map(|resource| resource.binding).eq(0..5));
         let mut kinds: Vec<_> = resources
             .iter()
-            .map(|s| (s.name.as_str(), s.kind))
+            .map(|s| (s.name.as_str(), s.kind, s.is_written))
             .collect();
         kinds.sort();
         let expected = [
-            ("cells", vk::DescriptorType::STORAGE_IMAGE),
-            ("from", vk::DescriptorType::STORAGE_BUFFER),
-            ("picture", vk::DescriptorType::COMBINED_IMAGE_SAMPLER),
-            ("to", vk::DescriptorType::STORAGE_BUFFER),
+            ("cells", vk::DescriptorType::STORAGE_IMAGE, true),
+            ("from", vk::DescriptorType::STORAGE_BUFFER, false),
+            ("picture", vk::DescriptorType::COMBINED_IMAGE_SAMPLER, false),
+            ("to", vk::DescriptorType::STORAGE_BUFFER, false),
+            ("values", vk::DescriptorType::STORAGE_IMAGE, false),
         ];
         assert_eq!(kinds, expected);
         assert_eq!((push_bytes, workgroup), (16, [4, 2, 1]));

@@ -48,6 +48,7 @@ pub(super) mod op {
 /// Decorations.
 pub(super) mod decoration {
     pub const SPEC_ID: u32 = 1;
+    pub const NON_WRITABLE: u32 = 24;
     pub const BINDING: u32 = 33;
     pub const DESCRIPTOR_SET: u32 = 34;
     pub const OFFSET: u32 = 35;

@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::instance::{Instance, Validation, queue_families};
 use super::needs::{Need, has_timestamps, needs};
-use crate::error::{DeviceError, Result};
+use crate::error::{DeviceError, Error, Result};
 
 /// The kind of hardware behind a driver, best first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -67,6 +67,14 @@ pub struct DeviceSummary {
     pub lacks: Vec<String>,
     /// Everything that Isolume asks of the device.
     pub needs: Vec<Need>,
+}
+
+impl DeviceSummary {
+    /// The error of a device that is to draw in a window, and cannot.
+    pub(super) fn shows_nothing(&self, problem: String) -> Error {
+        let device = self.name.clone();
+        DeviceError::ShowsNothing { device, problem }.into()
+    }
 }
 
 /// Every device that a Vulkan driver shows, usable or not.
@@ -166,11 +174,12 @@ pub(super) fn compute_queue(
     Some(index)
 }
 
-/// The wanted device, by an index that there is or by a part of a name, or the best by its [`DeviceKind`].
-pub(super) fn choose<'a>(
+/// The wanted device, by an index that there is or by a part of a name; or all that can be used, the best first by their
+/// [`DeviceKind`]. Never none.
+pub(super) fn candidates<'a>(
     all: &'a [DeviceSummary],
     wanted: Option<&str>,
-) -> Result<&'a DeviceSummary> {
+) -> Result<Vec<&'a DeviceSummary>> {
     let listing = || {
         let names: Vec<String> = all
             .iter()
@@ -194,11 +203,13 @@ pub(super) fn choose<'a>(
         }
     };
     let Some(wanted) = wanted else {
-        let usable = all.iter().filter(|d| d.lacks.is_empty());
-        return usable.min_by_key(|d| d.kind).ok_or_else(|| {
+        let mut usable: Vec<_> = all.iter().filter(|d| d.lacks.is_empty()).collect();
+        usable.sort_by_key(|d| d.kind);
+        if usable.is_empty() {
             let found = listing();
-            DeviceError::NoneUsable { found }.into()
-        });
+            return Err(DeviceError::NoneUsable { found }.into());
+        }
+        return Ok(usable);
     };
     let numbered = wanted.parse().ok().and_then(|index: usize| all.get(index));
     let is_named = |d: &&DeviceSummary| is_in_name(wanted, &d.name);
@@ -211,7 +222,7 @@ pub(super) fn choose<'a>(
         found: listing(),
     })?;
     if found.lacks.is_empty() {
-        Ok(found)
+        Ok(vec![found])
     } else {
         Err(DeviceError::Lacks {
             wanted: wanted.into(),
@@ -251,7 +262,7 @@ mod tests {
         };
         let software = "llvmpipe (LLVM 15.0.6, 256 bits)";
         let all = [software, "NVIDIA GeForce RTX 3090", "Radeon 0"].map(named);
-        let chosen = |wanted| choose(&all, Some(wanted)).map(|d| d.name.clone());
+        let chosen = |wanted| candidates(&all, Some(wanted)).map(|d| d[0].name.clone());
         assert_eq!(chosen("3090").ok(), Some(all[1].name.clone()));
         assert_eq!(chosen("0").ok(), Some(all[0].name.clone()));
         assert!(chosen("3080").is_err());
@@ -264,7 +275,7 @@ mod tests {
     fn an_unusable_device_is_named_with_what_it_lacks() {
         let mut device = a_device();
         device.lacks = vec!["scalarBlockLayout (for structs)".into()];
-        let message = |wanted| match choose(std::slice::from_ref(&device), wanted) {
+        let message = |wanted| match candidates(std::slice::from_ref(&device), wanted) {
             Ok(_) => panic!("an unusable device was chosen"),
             Err(e) => e.to_string(),
         };

@@ -68,7 +68,7 @@ impl<'r> Recording<'_, 'r> {
             unsafe {
                 raw.cmd_clear_color_image(
                     commands,
-                    image.raw,
+                    image.handle(),
                     vk::ImageLayout::GENERAL,
                     &color,
                     &[COLOR],
@@ -89,7 +89,7 @@ impl<'r> Recording<'_, 'r> {
                     .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
                     .old_layout(vk::ImageLayout::UNDEFINED)
                     .new_layout(vk::ImageLayout::GENERAL)
-                    .image(image.raw)
+                    .image(image.handle())
                     .subresource_range(COLOR)
             })
             .collect();
@@ -143,8 +143,8 @@ impl<'r> Recording<'_, 'r> {
             unsafe {
                 raw.cmd_copy_buffer_to_image(
                     commands,
-                    from.raw,
-                    to.raw,
+                    from.handle(),
+                    to.handle(),
                     vk::ImageLayout::GENERAL,
                     &regions,
                 )
@@ -174,9 +174,9 @@ impl<'r> Recording<'_, 'r> {
             unsafe {
                 raw.cmd_copy_image_to_buffer(
                     commands,
-                    from.raw,
+                    from.handle(),
                     vk::ImageLayout::GENERAL,
-                    to.raw,
+                    to.handle(),
                     &[region(low, extent)],
                 )
             };
@@ -193,7 +193,7 @@ impl<'r> Recording<'_, 'r> {
         self.transfer(name, Work::copy(bytes), |raw, commands| {
             let region = vk::BufferCopy::default().size(bytes);
             // SAFETY: the command buffer is recording, and the buffers are borrowed until its work has ended.
-            unsafe { raw.cmd_copy_buffer(commands, from.raw, to.raw, &[region]) };
+            unsafe { raw.cmd_copy_buffer(commands, from.handle(), to.handle(), &[region]) };
         })
     }
 
@@ -202,7 +202,7 @@ impl<'r> Recording<'_, 'r> {
         let work = Work::fill(buffer.desc.bytes);
         self.transfer("clear", work, |raw, commands| {
             // SAFETY: the command buffer is recording, and the buffer is borrowed until its work has ended.
-            unsafe { raw.cmd_fill_buffer(commands, buffer.raw, 0, vk::WHOLE_SIZE, 0) };
+            unsafe { raw.cmd_fill_buffer(commands, buffer.handle(), 0, vk::WHOLE_SIZE, 0) };
         })
     }
 

@@ -7,7 +7,6 @@ use std::time::Duration;
 use egui::{Context, TextureId, Ui, ViewportId};
 use winit::dpi::PhysicalSize;
 use winit::event_loop::ActiveEventLoop;
-use winit::raw_window_handle::HasDisplayHandle;
 use winit::window::Window;
 
 use super::planned::Planned;
@@ -70,21 +69,19 @@ impl WindowImages {
 
 impl Stage {
     pub fn open(event_loop: &ActiveEventLoop, args: &ViewArgs) -> Result<Stage> {
-        let failed = |e: &dyn std::fmt::Display| {
-            DeviceError::Display(format!("no window could be opened: {e}"))
-        };
         let [width, height] = args.window;
         let attributes = Window::default_attributes()
             .with_title("Isolume")
             .with_inner_size(PhysicalSize::new(width, height));
-        let window = event_loop.create_window(attributes);
-        let window = Arc::new(window.map_err(|e| failed(&e))?);
-        let display = window.display_handle().map_err(|e| failed(&e))?.as_raw();
+        let window = event_loop
+            .create_window(attributes)
+            .map_err(|e| DeviceError::Display(format!("no window could be opened: {e}")))?;
+        let window = Arc::new(window);
         let options = args.gpu.host_options();
-        let device = Device::open_for_display(&options.device_choice(), display)?;
+        let surface = Surface::open(&options.device_choice(), window.clone())?;
+        let device = surface.device().clone();
         let host = Host::with_device(device.clone(), options.vram_budget, options.ram_budget);
         let memory = host.memory()?;
-        let surface = Surface::new(&device, window.clone())?;
         let egui = Context::default();
         egui.set_theme(egui::Theme::Dark);
         // Fading in takes a core's time, just when a scene is compiled or a picture moves.

@@ -298,12 +298,12 @@ impl<'r> Recording<'_, 'r> {
     fn bind_canvas(&mut self, canvas: &'r Canvas, pipeline: &'r Pipeline) -> Result<()> {
         let buffers = [&canvas.vertices, &canvas.indices].map(|buffer| {
             [vk::DescriptorBufferInfo::default()
-                .buffer(buffer.raw)
+                .buffer(buffer.handle())
                 .range(vk::WHOLE_SIZE)]
         });
         let texture = [vk::DescriptorImageInfo::default()
             .sampler(self.frame.device.linear)
-            .image_view(canvas.atlas.view)
+            .image_view(canvas.atlas.view())
             .image_layout(vk::ImageLayout::GENERAL)];
         let mut writes = bindings().map(|(binding, kind)| {
             let write = vk::WriteDescriptorSet::default()

@@ -2,8 +2,10 @@
 
 mod canvas;
 mod surface;
+mod swapchain;
 mod target;
 
 pub use canvas::{ATLAS_SIDE, Canvas, CanvasMesh, CanvasVertex, SLOT_SIDE, SLOTS, slot_corner};
-pub use surface::{Shape, Surface, Swapchain};
+pub use surface::{Shape, Surface};
+pub use swapchain::Swapchain;
 pub use target::Target;

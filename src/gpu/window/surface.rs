@@ -1,8 +1,7 @@
-//! A window's surface and the images that it shows.
+//! The side of the window system: a window's surface, and which devices can show pictures on it.
 //!
-//! Images are acquired with a fence and shown after the frame's own fence, so that no semaphore is needed: an image
-//! is never shown before the frame that drew it has ended. The driver allocates them; the ledger counts the bytes
-//! that images of that kind take.
+//! A surface comes before its device, since on a machine with several not each may reach each display: the device is
+//! chosen among those that do.
 
 use std::any::Any;
 use std::ffi::CStr;
@@ -10,24 +9,36 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 use ash::{khr, vk};
-use winit::raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle};
+use winit::raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 
 use super::super::device::{Device, DeviceChoice};
 use super::super::failure::failure;
-use super::super::image::COLOR;
 use super::super::instance::Instance;
-use super::super::memory::{Holding, Memory};
 use crate::error::{DeviceError, Error, Result};
 
 /// Eight bits for each channel, already encoded for display when they are written.
 const FORMATS: [vk::Format; 2] = [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_UNORM];
 
-impl Device {
-    /// Opens the wanted device, or the best, for the windows of a display.
-    pub fn open_for_display(
-        choice: &DeviceChoice,
-        display: RawDisplayHandle,
-    ) -> Result<Arc<Device>> {
+pub(super) const USAGE: vk::ImageUsageFlags = vk::ImageUsageFlags::from_raw(
+    vk::ImageUsageFlags::COLOR_ATTACHMENT.as_raw() | vk::ImageUsageFlags::TRANSFER_DST.as_raw(),
+);
+
+/// A window's surface, for which a device is yet to be chosen. It lives as long as the window.
+struct NativeSurface {
+    instance: Arc<Instance>,
+    loader: khr::surface::Instance,
+    raw: vk::SurfaceKHR,
+    // Last: the window goes after its surface.
+    _window: Arc<dyn Any + Send + Sync>,
+}
+
+impl NativeSurface {
+    fn new<W>(choice: &DeviceChoice, window: Arc<W>) -> Result<NativeSurface>
+    where
+        W: HasDisplayHandle + HasWindowHandle + Send + Sync + 'static,
+    {
+        let display = window.display_handle().map_err(no_window)?.as_raw();
+        let handle = window.window_handle().map_err(no_window)?.as_raw();
         let extensions = ash_window::enumerate_required_extensions(display).map_err(|e| {
             DeviceError::Display(format!("Vulkan knows no way to draw on this display: {e}"))
         })?;
@@ -36,77 +47,104 @@ impl Device {
             .iter()
             .map(|&name| unsafe { CStr::from_ptr(name) })
             .collect();
-        let instance = Instance::new(choice.validation, &extensions)?;
-        Device::open_from(instance, choice, true)
-    }
-}
-
-/// The side of the window system; it lives as long as the window.
-pub struct Surface {
-    pub(in crate::gpu) device: Arc<Device>,
-    loader: khr::surface::Instance,
-    raw: vk::SurfaceKHR,
-    pub(in crate::gpu) format: vk::SurfaceFormatKHR,
-    // Last: the window goes after its surface.
-    _window: Arc<dyn Any + Send + Sync>,
-}
-
-impl Surface {
-    pub fn new<W>(device: &Arc<Device>, window: Arc<W>) -> Result<Arc<Surface>>
-    where
-        W: HasDisplayHandle + HasWindowHandle + Send + Sync + 'static,
-    {
-        let display = window.display_handle();
-        let display = display.map_err(|e| shows_nothing(device, e))?.as_raw();
-        let handle = window.window_handle();
-        let handle = handle.map_err(|e| shows_nothing(device, e))?.as_raw();
-        let instance = &device.instance;
+        let instance = Arc::new(Instance::new(choice.validation, &extensions)?);
         // SAFETY: the handles belong to the live window, which the surface keeps alive.
         let raw = unsafe {
             ash_window::create_surface(&instance.entry, &instance.raw, display, handle, None)
         };
-        let mut surface = Surface {
-            device: device.clone(),
+        Ok(NativeSurface {
             loader: khr::surface::Instance::new(&instance.entry, &instance.raw),
-            raw: raw.map_err(|e| failed(device, e))?,
-            format: vk::SurfaceFormatKHR::default(),
+            raw: raw.map_err(|e| failure(e, "Vulkan could not draw on the window"))?,
+            instance,
             _window: window,
-        };
-        surface.format = surface.choose_format()?;
-        Ok(Arc::new(surface))
+        })
     }
 
-    fn choose_format(&self) -> Result<vk::SurfaceFormatKHR> {
-        let physical = self.device.physical;
-        // SAFETY: surface and device are alive.
+    /// The format of the images that a queue of a device can show here; what it lacks, if it cannot.
+    pub fn format_on(
+        &self,
+        physical: vk::PhysicalDevice,
+        queue_family: u32,
+    ) -> Result<vk::SurfaceFormatKHR, String> {
+        // SAFETY: the surface is alive, and `physical` belongs to its instance.
         let (shows, formats) = unsafe {
-            let family = self.device.queue_family;
-            let loader = &self.loader;
+            let (loader, surface) = (&self.loader, self.raw);
             (
-                loader.get_physical_device_surface_support(physical, family, self.raw),
-                loader.get_physical_device_surface_formats(physical, self.raw),
+                loader.get_physical_device_surface_support(physical, queue_family, surface),
+                loader.get_physical_device_surface_formats(physical, surface),
             )
         };
-        if !shows.map_err(|e| failed(&self.device, e))? {
-            let why = "its compute queue does not reach this display";
-            return Err(shows_nothing(&self.device, why));
+        let unable = |why: &dyn Display| format!("cannot show anything in a window: {why}");
+        if !shows.map_err(|e| unable(&e))? {
+            return Err(unable(&"its compute queue does not reach this display"));
         }
-        let usage = self.capabilities()?.supported_usage_flags;
-        if !usage.contains(USAGE) {
-            let why = "its images cannot be both copied to and drawn on";
-            return Err(shows_nothing(&self.device, why));
+        let capabilities = self.capabilities(physical).map_err(|e| unable(&e))?;
+        if !capabilities.supported_usage_flags.contains(USAGE) {
+            return Err(unable(&"its images cannot be both copied to and drawn on"));
         }
-        let formats = formats.map_err(|e| failed(&self.device, e))?;
+        let formats = formats.map_err(|e| unable(&e))?;
         let found = formats.iter().find(|f| FORMATS.contains(&f.format));
         found
             .copied()
-            .ok_or_else(|| shows_nothing(&self.device, "it has no format of eight bits a channel"))
+            .ok_or_else(|| unable(&"it has no format of eight bits a channel"))
+    }
+
+    fn capabilities(
+        &self,
+        physical: vk::PhysicalDevice,
+    ) -> Result<vk::SurfaceCapabilitiesKHR, vk::Result> {
+        // SAFETY: the surface is alive, and `physical` belongs to its instance.
+        unsafe {
+            self.loader
+                .get_physical_device_surface_capabilities(physical, self.raw)
+        }
+    }
+}
+
+impl Drop for NativeSurface {
+    fn drop(&mut self) {
+        // SAFETY: swapchains hold the surface, so none is left, and the instance is alive.
+        unsafe { self.loader.destroy_surface(self.raw, None) };
+    }
+}
+
+/// A window's surface, on the device that draws for it.
+pub struct Surface {
+    native: NativeSurface,
+    pub(in crate::gpu) device: Arc<Device>,
+    pub(in crate::gpu) format: vk::SurfaceFormatKHR,
+}
+
+impl Surface {
+    /// The surface of a window, on the wanted device, or on the best that can draw there.
+    pub fn open<W>(choice: &DeviceChoice, window: Arc<W>) -> Result<Arc<Surface>>
+    where
+        W: HasDisplayHandle + HasWindowHandle + Send + Sync + 'static,
+    {
+        let native = NativeSurface::new(choice, window)?;
+        let can_show = |physical, family| native.format_on(physical, family).map(drop);
+        let device = Device::open_from(native.instance.clone(), choice, Some(&can_show))?;
+        let format = native.format_on(device.physical, device.queue_family);
+        Ok(Arc::new(Surface {
+            format: format.map_err(|problem| device.summary.shows_nothing(problem))?,
+            native,
+            device,
+        }))
+    }
+
+    pub fn device(&self) -> &Arc<Device> {
+        &self.device
+    }
+
+    pub(super) fn raw(&self) -> vk::SurfaceKHR {
+        self.native.raw
     }
 
     /// The shape that the window's images must have now; it may change at any moment. `wanted` is the size in pixels
     /// that is used where the window system leaves it to the program.
     pub fn shape(&self, wanted: [u32; 2]) -> Result<Shape> {
-        let capabilities = self.capabilities()?;
+        let capabilities = self.native.capabilities(self.device.physical);
+        let capabilities = capabilities.map_err(|e| failed(&self.device, e))?;
         let extent = match capabilities.current_extent {
             vk::Extent2D {
                 width: u32::MAX, ..
@@ -132,22 +170,6 @@ impl Surface {
             alpha: composite_alpha(capabilities.supported_composite_alpha),
         })
     }
-
-    fn capabilities(&self) -> Result<vk::SurfaceCapabilitiesKHR> {
-        // SAFETY: surface and device are alive.
-        let capabilities = unsafe {
-            self.loader
-                .get_physical_device_surface_capabilities(self.device.physical, self.raw)
-        };
-        capabilities.map_err(|e| failed(&self.device, e))
-    }
-}
-
-impl Drop for Surface {
-    fn drop(&mut self) {
-        // SAFETY: swapchains hold the surface, so none is left.
-        unsafe { self.loader.destroy_surface(self.raw, None) };
-    }
 }
 
 /// Size and other properties of a window's images.
@@ -158,158 +180,7 @@ pub struct Shape {
     /// Number of images: first as many as are asked for, then as many as the driver has made.
     pub images: u32,
     pub(super) transform: vk::SurfaceTransformFlagsKHR,
-    alpha: vk::CompositeAlphaFlagsKHR,
-}
-
-/// The images of a window at one size.
-pub struct Swapchain {
-    pub(super) surface: Arc<Surface>,
-    pub(super) loader: khr::swapchain::Device,
-    pub(super) raw: vk::SwapchainKHR,
-    pub(super) images: Vec<vk::Image>,
-    pub(super) views: Vec<vk::ImageView>,
-    pub(super) acquired: vk::Fence,
-    pub(super) shape: Shape,
-    holding: Holding,
-}
-
-impl Swapchain {
-    /// Makes images of this shape; unless this is a dry run, it must be the surface's current shape.
-    pub fn new(memory: &Arc<Memory>, surface: &Arc<Surface>, shape: Shape) -> Result<Swapchain> {
-        let device = memory.device();
-        let mut swapchain = Swapchain {
-            surface: surface.clone(),
-            loader: khr::swapchain::Device::new(&device.instance.raw, &device.raw),
-            raw: vk::SwapchainKHR::null(),
-            images: Vec::new(),
-            views: Vec::new(),
-            acquired: vk::Fence::null(),
-            shape,
-            holding: reserve(memory, surface, shape)?,
-        };
-        if memory.is_dry_run() {
-            return Ok(swapchain);
-        }
-        let info = vk::SwapchainCreateInfoKHR::default()
-            .surface(surface.raw)
-            .min_image_count(shape.images)
-            .image_format(surface.format.format)
-            .image_color_space(surface.format.color_space)
-            .image_extent(extent_2d(shape.extent))
-            .image_array_layers(1)
-            .image_usage(USAGE)
-            .pre_transform(shape.transform)
-            .composite_alpha(shape.alpha)
-            .present_mode(vk::PresentModeKHR::FIFO)
-            .clipped(true);
-        swapchain.create(&info).map_err(|e| failed(device, e))?;
-        swapchain.shape.images = swapchain.images.len() as u32;
-        if swapchain.shape.images != shape.images {
-            swapchain.holding.release();
-            swapchain.holding = reserve(memory, surface, swapchain.shape)?;
-        }
-        swapchain.holding.note_allocated();
-        Ok(swapchain)
-    }
-
-    pub fn shape(&self) -> Shape {
-        self.shape
-    }
-
-    /// Adapts to the window's current size. The old images go first.
-    pub fn resize(&mut self, wanted: [u32; 2]) -> Result<()> {
-        let (memory, surface) = (self.holding.memory(), self.surface.clone());
-        self.destroy();
-        let shape = surface.shape(wanted)?;
-        *self = Swapchain::new(&memory, &surface, shape)?;
-        Ok(())
-    }
-
-    fn destroy(&mut self) {
-        if self.raw != vk::SwapchainKHR::null() {
-            self.destroy_images();
-        }
-        self.holding.release();
-    }
-
-    fn destroy_images(&mut self) {
-        let device = &self.surface.device;
-        let queue = device.queue();
-        // SAFETY: no semaphore is used, and each frame's work has been waited for; so has what was presented, as far as it is
-        // on the queue, where the guard keeps other threads off it. The images go with the swapchain.
-        unsafe {
-            let _ = device.raw.queue_wait_idle(*queue);
-            for view in self.views.drain(..) {
-                device.raw.destroy_image_view(view, None);
-            }
-            self.images.clear();
-            device.raw.destroy_fence(self.acquired, None);
-            self.loader.destroy_swapchain(self.raw, None);
-        }
-        (self.acquired, self.raw) = (vk::Fence::null(), vk::SwapchainKHR::null());
-    }
-
-    fn create(&mut self, info: &vk::SwapchainCreateInfoKHR<'_>) -> Result<(), vk::Result> {
-        let device = &self.surface.device;
-        // SAFETY: `info` is valid; everything is destroyed in Drop.
-        unsafe {
-            self.raw = self.loader.create_swapchain(info, None)?;
-            self.images = self.loader.get_swapchain_images(self.raw)?;
-            self.acquired = device
-                .raw
-                .create_fence(&vk::FenceCreateInfo::default(), None)?;
-        }
-        for &image in &self.images {
-            let view = vk::ImageViewCreateInfo::default()
-                .image(image)
-                .view_type(vk::ImageViewType::TYPE_2D)
-                .format(info.image_format)
-                .subresource_range(COLOR);
-            // SAFETY: the image belongs to the live swapchain; destroyed in Drop.
-            self.views
-                .push(unsafe { device.raw.create_image_view(&view, None) }?);
-        }
-        Ok(())
-    }
-}
-
-impl Drop for Swapchain {
-    fn drop(&mut self) {
-        self.destroy();
-    }
-}
-
-const USAGE: vk::ImageUsageFlags = vk::ImageUsageFlags::from_raw(
-    vk::ImageUsageFlags::COLOR_ATTACHMENT.as_raw() | vk::ImageUsageFlags::TRANSFER_DST.as_raw(),
-);
-
-/// Enters the bytes of the images in the ledger.
-fn reserve(memory: &Arc<Memory>, surface: &Surface, shape: Shape) -> Result<Holding> {
-    let info = vk::ImageCreateInfo::default()
-        .image_type(vk::ImageType::TYPE_2D)
-        .format(surface.format.format)
-        .extent(extent_2d(shape.extent).into())
-        .mip_levels(1)
-        .array_layers(1)
-        .samples(vk::SampleCountFlags::TYPE_1)
-        .tiling(vk::ImageTiling::OPTIMAL)
-        .usage(USAGE);
-    let query = vk::DeviceImageMemoryRequirements::default().create_info(&info);
-    let mut requirements = vk::MemoryRequirements2::default();
-    // SAFETY: the query describes a valid image; nothing is created.
-    unsafe {
-        memory
-            .device()
-            .raw
-            .get_device_image_memory_requirements(&query, &mut requirements)
-    };
-    let mut all = requirements.memory_requirements;
-    all.size *= shape.images as u64;
-    memory.reserve("window images", &all)
-}
-
-fn extent_2d([width, height]: [u32; 2]) -> vk::Extent2D {
-    vk::Extent2D { width, height }
+    pub(super) alpha: vk::CompositeAlphaFlagsKHR,
 }
 
 /// What the window system does with alpha, which is 1 everywhere: a surface supports at least one of all ways.
@@ -324,13 +195,8 @@ fn composite_alpha(supported: vk::CompositeAlphaFlagsKHR) -> vk::CompositeAlphaF
     supported.unwrap_or(vk::CompositeAlphaFlagsKHR::OPAQUE)
 }
 
-fn shows_nothing(device: &Device, why: impl Display) -> Error {
-    let problem = format!("cannot show anything in a window: {why}");
-    DeviceError::ShowsNothing {
-        device: device.summary.name.clone(),
-        problem,
-    }
-    .into()
+fn no_window(why: impl Display) -> Error {
+    DeviceError::Display(format!("the window cannot be drawn on: {why}")).into()
 }
 
 pub(super) fn failed(device: &Device, error: vk::Result) -> Error {

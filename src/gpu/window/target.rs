@@ -6,7 +6,8 @@ use ash::vk;
 use super::super::image::{COLOR, COLOR_LAYER, Image};
 use super::super::recording::Recording;
 use super::super::timing::Work;
-use super::surface::{Swapchain, failed};
+use super::surface::failed;
+use super::swapchain::Swapchain;
 use crate::error::{DeviceError, Result};
 
 /// How long to wait for an image from the window system before the frame is left out.
@@ -177,7 +178,7 @@ impl<'r> Recording<'_, 'r> {
             unsafe {
                 raw.cmd_blit_image(
                     commands,
-                    from.raw,
+                    from.handle(),
                     vk::ImageLayout::GENERAL,
                     target.image,
                     vk::ImageLayout::GENERAL,
