@@ -163,7 +163,12 @@ fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Keyed<()> {
     ] {
         if is_given && !read.keys().contains(&key) {
             let users = users(key);
-            let problem = format!("`{key}` is only for {users}; leave `{key}` out");
+            let instead = if key == "time" && read.keys().contains(&"series") {
+                "; each time of this folder is a volume of its own, which `series` picks"
+            } else {
+                ""
+            };
+            let problem = format!("`{key}` is only for {users}{instead}; leave `{key}` out");
             return Err(Fault::of(key, problem));
         }
     }

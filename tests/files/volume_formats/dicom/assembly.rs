@@ -235,6 +235,15 @@ fn places_that_differ_by_rounding_are_even() {
     assert_eq!(values(&volume), hounsfield());
 }
 
+/// Those of the first and of the last slice as well.
+#[test]
+fn places_near_even_ones_are_even_wherever_the_first_lies() {
+    let volume = loaded(&with_slices_at(&[0.02, 2.48, 5.02, 7.48, 10.02]));
+    assert!(volume.notes.is_empty(), "{:?}", volume.notes);
+    assert_eq!(volume.spacing, [0.5, 0.75, 2.5]);
+    assert_eq!(values(&volume), hounsfield());
+}
+
 /// The rows of a gantry tilted by an angle whose tangent is 3/4 lie half a row lower from slice to slice.
 #[test]
 fn a_tilt_is_sheared_out() {

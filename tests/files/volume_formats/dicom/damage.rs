@@ -2,9 +2,9 @@
 
 use isolume::scene::volume::VolumeOverrides;
 
-use super::{folder, refused};
+use super::{folder, has, plain, refused};
 use crate::dicom_files::{Pixels, Syntax, file};
-use crate::dicom_scan::{COLUMNS, ROWS, Scan};
+use crate::dicom_scan::{COLUMNS, ROWS, SLICES, Scan};
 use crate::volume_files::write;
 
 #[test]
@@ -36,6 +36,35 @@ fn a_slice_without_all_of_its_pixels_is_named() {
             "{syntax:?}: {message}"
         );
     }
+}
+
+/// As the last slice of a copy that was interrupted: without it, the others are a volume as well.
+#[test]
+fn a_slice_that_ends_in_its_header_is_named() {
+    for syntax in [Syntax::Explicit, Syntax::Implicit, Syntax::Deflated] {
+        let folder = folder();
+        let scan = Scan::ct();
+        scan.write(folder.path(), syntax, |n| format!("{n}.dcm"));
+        let bytes = scan.slice_file(SLICES - 1, syntax);
+        let pixels = match syntax {
+            Syntax::Deflated => bytes.len() / 2,
+            _ => bytes.len() - 2 * ROWS * COLUMNS - 8,
+        };
+        for length in 0..pixels {
+            write(folder.path(), "4.dcm", &bytes[..length]);
+            has(&plain(folder.path()).notes, "cannot be read: 4.dcm (");
+        }
+    }
+    // Files of other programs beside the slices are no slices.
+    let folder = folder();
+    Scan::ct().write(folder.path(), Syntax::Explicit, |n| n.to_string());
+    for name in ["._0.dcm", "notes.txt", "none.txt"] {
+        let contents = if name == "none.txt" { "" } else { "no slice" };
+        write(folder.path(), name, contents);
+    }
+    assert!(plain(folder.path()).notes.is_empty());
+    write(folder.path(), "5", "");
+    has(&plain(folder.path()).notes, "5 (is empty)");
 }
 
 #[test]

@@ -94,7 +94,9 @@ fn the_list_says_what_each_is() {
     assert_eq!(series[2].slices, 3);
     assert_eq!(series[0].dims, [COLUMNS as u32, ROWS as u32, SLICES as u32]);
     assert_eq!(series[0].spacing, [0.5, 0.75, 2.5]);
-    assert!(series[0].notes.is_empty());
+    // Two volumes are of one series.
+    assert_eq!(series[0].notes, ["acquisition 1"]);
+    assert!(series[2].notes.is_empty());
 }
 
 #[test]
@@ -111,6 +113,7 @@ fn what_is_no_volume_is_said() {
         let scan = Scan::ct().with(|common| common.text((8, 0x16), "UI", class));
         let message = super::refused_scan(&scan);
         assert!(message.contains(&format!("only 5 × {kind}")), "{message}");
+        assert!(message.contains(&format!("0: is a {kind}")), "{message}");
     }
 }
 
@@ -207,32 +210,78 @@ fn what_differs_with_each_slice_tells_no_volumes_apart() {
     assert_eq!(depths(&|n, common| image_type(common, n % 2 == 1)), [3, 2]);
 }
 
-/// Moments of a heartbeat, say, which no element tells apart but the number of the file.
-#[test]
-fn what_repeats_at_each_place_is_several_volumes() {
+/// Moments of a heartbeat, say, which no element tells apart but the number of the file, `number(n, moment)` from 0 on. All but
+/// those that are `lost`, each in so many copies.
+fn moments(
+    number: impl Fn(usize, usize) -> usize,
+    lost: &[(usize, usize)],
+    copies: usize,
+) -> tempfile::TempDir {
     let folder = folder();
-    for moment in 0..3 {
-        for n in 0..SLICES {
-            let instance = 3 * n + moment + 1;
-            let mut scan = Scan::ct();
-            scan.slices[n].intercept += 100.0 * moment as f64;
-            let header = scan.header(n).text((0x20, 0x13), "IS", instance);
-            let words = std::slice::from_ref(&scan.slices[n].words);
-            let bytes = file(&header, Syntax::Explicit, Pixels::Words(words), COLUMNS);
-            crate::volume_files::write(folder.path(), &format!("I{instance}"), bytes);
+    for (n, moment) in (0..SLICES).flat_map(|n| (0..MOMENTS).map(move |moment| (n, moment))) {
+        if lost.contains(&(n, moment)) {
+            continue;
+        }
+        let instance = number(n, moment) + 1;
+        let mut scan = Scan::ct();
+        scan.slices[n].intercept += 100.0 * moment as f64;
+        let header = scan.header(n).text((0x20, 0x13), "IS", instance);
+        let words = std::slice::from_ref(&scan.slices[n].words);
+        let bytes = file(&header, Syntax::Explicit, Pixels::Words(words), COLUMNS);
+        for copy in 0..copies {
+            crate::volume_files::write(folder.path(), &format!("I{instance}-{copy}"), &bytes);
         }
     }
-    let series = Volume::series(folder.path()).unwrap();
-    assert_eq!(
-        series.iter().map(|one| one.slices).collect::<Vec<_>>(),
-        [SLICES as u32; 3]
-    );
-    for moment in 0..3 {
-        let volume = picked(folder.path(), Pick::Number(moment + 1)).unwrap();
-        let expected = hounsfield()
-            .into_iter()
-            .map(|value| value + 100.0 * f64::from(moment));
-        assert_eq!(values(&volume), expected.collect::<Vec<_>>());
+    folder
+}
+
+const MOMENTS: usize = 3;
+
+fn of_moment(moment: usize) -> Vec<f64> {
+    let values = hounsfield().into_iter();
+    values.map(|value| value + 100.0 * moment as f64).collect()
+}
+
+#[test]
+fn what_repeats_at_each_place_is_several_volumes() {
+    for copies in [1, 2] {
+        let folder = moments(|n, moment| MOMENTS * n + moment, &[], copies);
+        let series = Volume::series(folder.path()).unwrap();
+        let slices: Vec<_> = series.iter().map(|one| one.slices).collect();
+        assert_eq!(slices, [SLICES as u32; MOMENTS]);
+        has(&series[1].notes, "its first instance is 2");
+        for moment in 0..MOMENTS {
+            let volume = picked(folder.path(), Pick::Number(moment as u32 + 1)).unwrap();
+            assert_eq!(values(&volume), of_moment(moment));
+        }
+    }
+}
+
+#[test]
+fn a_lost_slice_is_one_of_one_repetition() {
+    let place_by_place = |n: usize, moment: usize| MOMENTS * n + moment;
+    let volume_by_volume = |n: usize, moment: usize| SLICES * moment + n;
+    let numberings: [&dyn Fn(usize, usize) -> usize; 2] = [&place_by_place, &volume_by_volume];
+    for (number, lost) in numberings
+        .into_iter()
+        .flat_map(|number| [(0, 0), (1, 1), (3, 0), (4, 2)].map(|lost| (number, lost)))
+    {
+        let folder = moments(number, &[lost], 1);
+        let series = Volume::series(folder.path()).unwrap();
+        let slices: Vec<_> = series.iter().map(|one| one.slices).collect();
+        let [all, fewer] = [SLICES as u32, SLICES as u32 - 1];
+        assert_eq!(slices, [all, all, fewer], "without {lost:?}");
+        let whole = (0..MOMENTS).filter(|moment| *moment != lost.1);
+        for (moment, pick) in whole.zip(1..) {
+            let volume = picked(folder.path(), Pick::Number(pick)).unwrap();
+            assert_eq!(values(&volume), of_moment(moment), "without {lost:?}");
+        }
+        if (1..SLICES - 1).contains(&lost.0) {
+            let message = picked(folder.path(), Pick::Number(3))
+                .unwrap_err()
+                .to_string();
+            assert!(message.contains("1 of 5 slices is missing"), "{message}");
+        }
     }
 }
 

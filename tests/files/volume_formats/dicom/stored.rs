@@ -2,9 +2,10 @@
 
 use isolume::scene::volume::{Quantity, StoredType, VoxelType};
 
-use super::{has, hounsfield, loaded, refused_scan, values};
-use crate::dicom_files::Object;
+use super::{folder, has, hounsfield, loaded, plain, refused_scan, values};
+use crate::dicom_files::{Object, Pixels, Syntax, file};
 use crate::dicom_scan::Scan;
+use crate::volume_files::write;
 
 const PADDING: u16 = 2000;
 
@@ -113,6 +114,52 @@ fn padding_beyond_the_stored_bits_erases_no_value() {
     expected[1] = f64::from(PADDING) - 1024.0;
     expected[0] = expected[1..].iter().copied().fold(f64::INFINITY, f64::min);
     assert_eq!(values(&loaded(&scan)), expected);
+}
+
+/// Some writers give 8 bits a padding of 16, which none of them can be.
+#[test]
+fn padding_beyond_8_bits_erases_no_value() {
+    let words: Vec<u16> = (0..192)
+        .map(|n| u16::from_le_bytes([2 * n, 2 * n + 1].map(|n: u32| n as u8)))
+        .collect();
+    for (is_signed, padding) in [(false, 0xffff), (false, 256), (true, 0xf831)] {
+        let header = bits(Scan::ct().header(0), 8, 7, is_signed)
+            .word((0x28, 0x10), 12)
+            .word((0x28, 0x11), 32)
+            .word((0x28, 0x100), 8)
+            .word((0x28, 0x120), padding);
+        let folder = folder();
+        let pixels = Pixels::Words(std::slice::from_ref(&words));
+        let path = write(
+            folder.path(),
+            "I0",
+            file(&header, Syntax::Explicit, pixels, 32),
+        );
+        let wrap = if is_signed { 128 } else { 256 };
+        let value = |n: usize| f64::from(n as u8) - if n % 256 < wrap { 0.0 } else { 256.0 };
+        let expected: Vec<f64> = (0..384).map(|n| value(n) - 1024.0).collect();
+        assert_eq!(values(&plain(&path)), expected, "{padding}");
+    }
+}
+
+/// OpenJPEG's packing of a chequerboard of 0 and 4095 in a third of its bytes, which it unpacks with errors of up to 125:
+/// beside the edges, the codestream lies beyond both ends.
+#[test]
+fn what_lies_beyond_the_ends_of_a_lossy_codestream_stays_at_the_ends() {
+    let packed = [include_bytes!("../../../support/dicom/extremes.j2k").to_vec()];
+    let header = Scan::ct()
+        .header(0)
+        .word((0x28, 0x10), 32)
+        .word((0x28, 0x11), 48);
+    let folder = folder();
+    let bytes = file(&header, Syntax::Jpeg2000, Pixels::Packed(&packed), 48);
+    let path = write(folder.path(), "I0", bytes);
+    let found = values(&plain(&path));
+    for (n, found) in found.iter().enumerate() {
+        let is_low = (n % 48 / 9 + n / 48 / 7) % 2 == 0;
+        let expected = if is_low { -1024.0 } else { 3071.0 };
+        assert!((found - expected).abs() <= 126.0, "pixel {n}: {found}");
+    }
 }
 
 #[test]

@@ -87,6 +87,8 @@ impl Walk<'_> {
                 return Ok(data_set);
             }
             if depth == 0 && self.stream.bytes(self.at, 1)?.is_empty() {
+                // The last element may have been skipped, and not be there as a whole.
+                self.stream.exactly(self.at.saturating_sub(1), 1)?;
                 return Ok(data_set);
             }
             if !self.element(&mut data_set, syntax, end, depth)? {

@@ -31,8 +31,10 @@ pub struct Found {
     pub others: BTreeMap<&'static str, usize>,
     /// Files that should have been readable but are not.
     pub unreadable: Vec<String>,
-    /// The reason why a single named file is no image.
+    /// The reason why the only file that was named is no image.
     why: Option<String>,
+    /// The first file of a folder that is no part of a volume, with the reason.
+    first_other: Option<String>,
 }
 
 /// Examines all files below a folder, those that a DICOMDIR lists, or a single file.
@@ -182,8 +184,17 @@ fn look_at(files: Vec<PathBuf>, folder: &Path) -> Parsed<Found> {
                 image.place.name = name.display().to_string();
                 found.images.push(*image);
             }
-            Ok(Some(Content::Other(other))) => *found.others.entry(other.kind).or_default() += 1,
-            Ok(Some(Content::Directory(_)) | None) => {}
+            Ok(Some(Content::Other(Other { kind, why }))) => {
+                *found.others.entry(kind).or_default() += 1;
+                let name = path.strip_prefix(folder).unwrap_or(&path);
+                let first = || format!("{}: {why}", name.display());
+                found.first_other.get_or_insert_with(first);
+            }
+            Ok(Some(Content::Directory(_))) => {}
+            Ok(None) => found.unreadable.extend(called_dicom(&path).map(|fault| {
+                let name = path.strip_prefix(folder).unwrap_or(&path);
+                format!("{} ({fault})", name.display())
+            })),
             Err(Fault::System(fault)) => return Err(unreadable("file", &path, folder, fault)),
             Err(Fault::Content(fault)) => {
                 let name = path.strip_prefix(folder).unwrap_or(&path);
@@ -194,6 +205,24 @@ fn look_at(files: Vec<PathBuf>, folder: &Path) -> Parsed<Found> {
         }
     }
     Ok(found)
+}
+
+/// The fault of a file that is no DICOM, if it may have been: by its name, or, since slices often have none of the common
+/// names, because nothing is in it.
+fn called_dicom(path: &Path) -> Option<&'static str> {
+    // A Mac writes a file of this name beside each on a disk of another system.
+    if path.file_name()?.to_string_lossy().starts_with("._") {
+        return None;
+    }
+    let is_empty = std::fs::metadata(path).is_ok_and(|metadata| metadata.len() == 0);
+    let is_called = path.extension().map(|extension| {
+        ["dcm", "dicom", "ima"].contains(&&*extension.to_string_lossy().to_lowercase())
+    });
+    match (is_called, is_empty) {
+        (Some(true) | None, true) => Some("is empty"),
+        (Some(true), false) => Some("is no DICOM file"),
+        _ => None,
+    }
 }
 
 impl Found {
@@ -249,6 +278,8 @@ impl Found {
             parts.push(self.counted_others());
         }
         parts.extend(self.named_unreadable());
+        // Of several kinds, none stands for the others.
+        parts.extend(self.first_other.clone().filter(|_| self.others.len() == 1));
         if parts.is_empty() {
             "holds no DICOM image, expected the slices of at least one series".into()
         } else {

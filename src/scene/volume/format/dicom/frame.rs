@@ -41,6 +41,24 @@ pub struct Kind {
     numbers: Vec<Option<u16>>,
 }
 
+impl Frame {
+    /// What may tell it apart from frames at the same place, with a word for each; empty where the file does not say.
+    pub fn distinctions(&self) -> [(&'static str, String); 6] {
+        let kind = &self.kind;
+        let text = |text: &Option<String>| text.clone().unwrap_or_default();
+        let index = kind.time_index.map(|index| index.to_string());
+        let b_value = kind.b_value.map(|bits| f64::from_bits(bits).to_string());
+        [
+            ("image type", self.image_type.clone()),
+            ("acquisition", self.acquisition.clone()),
+            ("echo", text(&kind.echo)),
+            ("time", kind.time.clone().or(index).unwrap_or_default()),
+            ("b-value", b_value.unwrap_or_default()),
+            ("stack", text(&kind.stack)),
+        ]
+    }
+}
+
 /// Where a slice lies, in millimetres.
 #[derive(Debug, Clone, Copy)]
 pub struct Plane {

@@ -9,7 +9,7 @@ use super::data_set::{DataSet, numeric};
 use super::elements::Pixels;
 use super::file::{FilePart, Parsing};
 use super::frame::{Frame, frames};
-use super::other::{COLOUR_REMEDY, Other, UNPLACED, colours, other};
+use super::other::{COLOUR_REMEDY, Other, UNPLACED, colours, other, should_have_pixels};
 use super::syntax::{GDCMCONV, Packing, TransferSyntax};
 use super::tags::{self, Tag};
 
@@ -96,6 +96,9 @@ pub fn understand(parsing: Parsing) -> Parsed<Content> {
         return Ok(Content::Other(other));
     }
     let Some(pixels) = parsing.pixels else {
+        if should_have_pixels(data) {
+            return Err("has no pixels, expected those of a slice: the file is truncated".into());
+        }
         return Ok(no_part(
             "object without pixels",
             "has no pixels, expected an image",
@@ -206,7 +209,8 @@ fn samples(data: &DataSet, pixels: Pixels) -> Parsed<Samples> {
         _ => {}
     }
     let number = |tag| data.u16(tag).map(u32::from);
-    let allocated = number(tags::BITS_ALLOCATED).ok_or("it has no BitsAllocated")?;
+    let allocated =
+        number(tags::BITS_ALLOCATED).ok_or("its BitsAllocated is missing, expected 8, 16 or 32")?;
     if ![8, 16, 32].contains(&allocated) {
         return Err(format!(
             "its BitsAllocated is {allocated}, expected 8, 16 or 32"
@@ -245,6 +249,11 @@ fn padding(data: &DataSet, samples: Samples) -> Option<Padding> {
     };
     let value = |tag: Tag| {
         let word = i64::from(data.whole(tag)?);
+        // A padding of 16 bits is none of the values of 8 bits, unless it is one with its sign repeated.
+        let is_negative = is_signed && i64::from(word as i16) >= -(1 << (allocated - 1));
+        if word >> allocated != 0 && !is_negative {
+            return None;
+        }
         let is_stored = word >> stored == 0;
         let unused = 64 - if is_stored { stored } else { allocated };
         Some(if is_signed {

@@ -24,6 +24,7 @@ mod interpolation;
 mod jpeg_ls;
 mod numbers;
 mod other;
+mod repetition;
 mod run_length;
 mod series;
 mod slices;
@@ -163,8 +164,7 @@ pub fn series(path: &Path) -> Parsed<Vec<Series>> {
     if groups.is_empty() {
         return Err(found.nothing());
     }
-    let numbered = groups.iter().zip(1..);
-    let described = numbered.map(|(group, number)| describe(&found.images, group, number).0);
+    let described = (0..groups.len()).map(|n| describe(&found.images, &groups, n).0);
     Ok(described.collect())
 }
 
@@ -175,28 +175,29 @@ pub fn previews(path: &Path) -> Parsed<Vec<Preview>> {
     if groups.len() < 2 {
         return Ok(Vec::new());
     }
-    let preview = |(group, number)| {
-        let (series, frames) = describe(&found.images, group, number);
+    let preview = |n| {
+        let (series, frames) = describe(&found.images, &groups, n);
         Preview {
             series,
             thumbnail: thumbnail(&found.images, &frames).ok(),
         }
     };
-    Ok(groups.iter().zip(1..).map(preview).collect())
+    Ok((0..groups.len()).map(preview).collect())
 }
 
-/// The description of a volume from its headers, and its frames, in their order if they have one.
-fn describe(images: &[Image], group: &Group, number: u32) -> (Series, Vec<At>) {
+/// The description of a volume, the `n`th of all, from its headers, and its frames, in their order if they have one.
+fn describe(images: &[Image], groups: &[Group], n: usize) -> (Series, Vec<At>) {
+    let group = &groups[n];
     let image = &images[group.frames[0].image];
     let mut series = Series {
-        number,
+        number: n as u32 + 1,
         uid: image.series_uid.clone(),
         description: image.description.clone(),
         modality: image.modality.clone(),
         slices: group.frames.len() as u32,
         dims: [image.columns, image.rows, group.frames.len() as u32],
         spacing: [1.0; 3],
-        notes: Vec::new(),
+        notes: Vec::from_iter(told_apart(images, groups, n)),
     };
     let damaged = group.frames.iter().map(|at| &images[at.image]);
     let damage = damaged.filter_map(|image| {
@@ -218,6 +219,31 @@ fn describe(images: &[Image], group: &Group, number: u32) -> (Series, Vec<At>) {
             series.notes.push(fault);
             (series, group.frames.clone())
         }
+    }
+}
+
+/// What tells the `n`th volume apart from others of the same series, as in "echo 2, b-value 1000".
+fn told_apart(images: &[Image], groups: &[Group], n: usize) -> Option<String> {
+    let first = |group: &Group| group.frames[0];
+    let image = |group: &Group| &images[first(group).image];
+    let is_beside = |other: &&Group| image(other).series_uid == image(&groups[n]).series_uid;
+    let beside = groups.iter().filter(is_beside).map(first);
+    let beside: Vec<_> = beside.map(|at| frame(images, at).distinctions()).collect();
+    let own = frame(images, first(&groups[n])).distinctions().into_iter();
+    let differs = |(i, (_, value)): &(usize, (&str, String))| {
+        !value.is_empty() && beside.iter().any(|other| other[*i].1 != *value)
+    };
+    let told: Vec<String> = own
+        .enumerate()
+        .filter(differs)
+        .map(|(_, (word, value))| format!("{word} {value}"))
+        .collect();
+    match (told.is_empty(), image(&groups[n]).instance) {
+        (false, _) => Some(told.join(", ")),
+        (true, Some(instance)) if beside.len() > 1 => {
+            Some(format!("its first instance is {instance}"))
+        }
+        _ => None,
     }
 }
 

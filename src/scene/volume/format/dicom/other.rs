@@ -16,6 +16,9 @@ pub struct Other {
 /// Image types of pictures with which a volume was planned, or which were made for looking at it.
 const LOCALIZERS: [&str; 5] = ["LOCALIZER", "SCOUT", "SURVIEW", "REF_SURVIEW", "TOPOGRAM"];
 
+/// Image types of pictures that hold all slices of a volume: those of Siemens, and of United Imaging.
+const MOSAICS: [&str; 2] = ["MOSAIC", "VFRAME"];
+
 const CAPTURE: &str = "secondary capture";
 
 /// An image that says nothing of its place in the patient, where others do.
@@ -38,6 +41,19 @@ const OTHER_CLASSES: [(&str, &str); 10] = [
     ("1.2.840.10008.5.1.4.1.1.9", "waveform"),
 ];
 
+/// Objects that are the slices of volumes: of CT, MR, PET and nuclear medicine, a dose, a volume of ultrasound.
+const SLICE_CLASSES: [&str; 9] = [
+    "1.2.840.10008.5.1.4.1.1.2",
+    "1.2.840.10008.5.1.4.1.1.2.1",
+    "1.2.840.10008.5.1.4.1.1.4",
+    "1.2.840.10008.5.1.4.1.1.4.1",
+    "1.2.840.10008.5.1.4.1.1.128",
+    "1.2.840.10008.5.1.4.1.1.130",
+    "1.2.840.10008.5.1.4.1.1.20",
+    "1.2.840.10008.5.1.4.1.1.481.2",
+    "1.2.840.10008.5.1.4.1.1.6.2",
+];
+
 pub const COLOUR_REMEDY: &str = "expected one grey value a pixel (MONOCHROME1 or MONOCHROME2)";
 
 /// The reason why an object is no part of a volume, if its class or its type gives one.
@@ -52,10 +68,10 @@ pub fn other(data: &DataSet) -> Option<Other> {
     let found = found.filter(|(_, kind)| *kind != CAPTURE || !has_geometry(data));
     let types = data.texts(tags::IMAGE_TYPE);
     let is_localizer = types.iter().any(|word| LOCALIZERS.contains(&word.as_str()));
-    if types.iter().any(|word| word == "MOSAIC") {
+    if types.iter().any(|word| MOSAICS.contains(&word.as_str())) {
         return Some(Other {
             kind: "mosaic",
-            why: "is a Siemens mosaic, which has all slices side by side in one picture, expected one slice or \
+            why: "is a mosaic, which has all slices side by side in one picture, expected one slice or \
                   frame for each; convert it first: `dcm2niix -z y -o OUT FOLDER`"
                 .to_string(),
         });
@@ -69,6 +85,12 @@ pub fn other(data: &DataSet) -> Option<Other> {
         kind,
         why: format!("is a {kind}, expected the slices of a volume"),
     })
+}
+
+/// Whether an object without pixels has lost them. One that has no class either ends in its first lines.
+pub fn should_have_pixels(data: &DataSet) -> bool {
+    let class = data.text(tags::SOP_CLASS);
+    class.is_none_or(|class| SLICE_CLASSES.contains(&class.as_str()))
 }
 
 /// The name of the colours of an image that is not grey, for messages.

@@ -11,15 +11,15 @@
 //! acquisitions continue one another, or each has only one slice, their numbers do not distinguish volumes, and are
 //! ignored.
 //!
-//! Moments of a heartbeat, directions of diffusion and the like are stated in many ways, some of which scanners misuse. So where
-//! what is left has the same number of frames at every place, these are that many volumes, in the order of their instances.
+//! What is left may still repeat at each place (`repetition.rs`).
 
 use std::collections::HashMap;
 
 use super::frame::{Frame, Kind};
 use super::group::{At, Group, frame};
 use super::image::Image;
-use super::stack::{at_each_place, is_continued, is_even};
+use super::repetition::by_repetition;
+use super::stack::{is_continued, is_even};
 
 /// Differences of direction cosines, and relative differences of voxel sizes, that count as rounding.
 const ROUNDING: f64 = 1e-3;
@@ -96,32 +96,6 @@ fn by_acquisition(images: &[Image], group: Group) -> Vec<Group> {
     let frames: Vec<At> = single.into_iter().flat_map(|group| group.frames).collect();
     volumes.extend((!frames.is_empty()).then_some(Group { frames }));
     volumes
-}
-
-/// The volumes of frames that repeat at each place. Frames of the same number are copies, and stay together.
-fn by_repetition(images: &[Image], group: Group) -> Vec<Group> {
-    let number = |at: &At| {
-        images[at.image]
-            .instance
-            .map(|instance| (instance, at.frame))
-    };
-    let Some(mut places) = at_each_place(images, &group) else {
-        return vec![group];
-    };
-    let count = places[0].len();
-    for place in &mut places {
-        place.sort_by_key(number);
-        let is_in_order = place
-            .windows(2)
-            .all(|pair| number(&pair[0]) < number(&pair[1]));
-        if count == 1 || place.len() != count || !is_in_order {
-            return vec![group];
-        }
-    }
-    let repetition = |n: usize| Group {
-        frames: places.iter().map(|place| place[n]).collect(),
-    };
-    (0..count).map(repetition).collect()
 }
 
 fn split(images: &[Image], frames: Vec<At>, tell: Tell) -> Vec<Group> {

@@ -85,24 +85,13 @@ impl EvenSlices {
             return Ok(EvenSlices::resampled(places, distances, middle, notes));
         }
         let gaps = missing(places, distances, steps);
-        let spacing = length / all_steps;
-        let even = if is_even(places, distances.iter().copied().map(steps), spacing) {
-            EvenSlices::in_place(places, spacing, all_steps as usize)
+        let grid = EvenPlaces::through(places, distances.iter().copied().map(steps));
+        let even = if grid.hold(places) {
+            grid.slices(places)
         } else {
             EvenSlices::resampled(places, distances, middle, notes)
         };
         Ok(EvenSlices { gaps, ..even })
-    }
-
-    /// Slices that lie where the even ones do, but for those that are missing.
-    fn in_place(places: &[f64], spacing: f64, steps: usize) -> EvenSlices {
-        let place = |n: usize| places[0] + n as f64 * spacing;
-        let slices = (0..=steps).map(|n| between(places, place(n), EXACT * spacing));
-        EvenSlices {
-            spacing,
-            slices: slices.collect(),
-            gaps: None,
-        }
     }
 
     /// Slices at other places than the even ones, of which a note tells.
@@ -125,7 +114,7 @@ impl EvenSlices {
         let count = places_in(length, spacing);
         let slices = (0..count as usize).map(|n| between(places, place(n), ROUNDING * spacing));
         EvenSlices {
-            spacing,
+            spacing: decimal(spacing),
             slices: slices.collect(),
             gaps: None,
         }
@@ -137,13 +126,65 @@ fn places_in(length: f64, spacing: f64) -> f64 {
     (length / spacing + EXACT).floor() + 1.0
 }
 
-/// Whether all slices lie where so many steps from one to the next take them.
-fn is_even(places: &[f64], steps: impl Iterator<Item = f64>, spacing: f64) -> bool {
-    let mut expected = places[0];
-    steps.zip(&places[1..]).all(|(steps, place)| {
-        expected += steps * spacing;
-        (place - expected).abs() <= EXACT * spacing
-    })
+/// Places at equal distances that come nearest to those of slices, by least squares: each slice's place is rounded for
+/// itself, also those of the first and of the last.
+struct EvenPlaces {
+    first: f64,
+    spacing: f64,
+    /// The number of each slice among these places, ascending from 0.
+    numbers: Vec<f64>,
+}
+
+impl EvenPlaces {
+    /// `steps` are those from each of `places` to the next.
+    fn through(places: &[f64], steps: impl Iterator<Item = f64>) -> EvenPlaces {
+        let mut numbers = vec![0.0];
+        numbers.extend(steps.scan(0.0, |number, steps| {
+            *number += steps;
+            Some(*number)
+        }));
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        let (mean_number, mean_place) = (mean(&numbers), mean(places));
+        let pairs = || numbers.iter().zip(places);
+        let covariance: f64 = pairs()
+            .map(|(number, place)| (number - mean_number) * (place - mean_place))
+            .sum();
+        let variance: f64 = numbers.iter().map(|n| (n - mean_number).powi(2)).sum();
+        let spacing = covariance / variance;
+        EvenPlaces {
+            first: mean_place - mean_number * spacing,
+            spacing,
+            numbers,
+        }
+    }
+
+    fn place(&self, number: f64) -> f64 {
+        self.first + number * self.spacing
+    }
+
+    /// Whether all slices lie here.
+    fn hold(&self, places: &[f64]) -> bool {
+        let mut pairs = self.numbers.iter().zip(places);
+        pairs.all(|(number, place)| (place - self.place(*number)).abs() <= EXACT * self.spacing)
+    }
+
+    /// The slices that lie here, and in place of those that are missing interpolated ones.
+    fn slices(&self, places: &[f64]) -> EvenSlices {
+        let slices = self.numbers.windows(2).zip(0..).flat_map(|(pair, below)| {
+            let steps = pair[1] - pair[0];
+            let missing = (1..steps as usize).map(move |n| Slice {
+                below,
+                above: below + 1,
+                share: n as f64 / steps,
+            });
+            [Slice::exact(below)].into_iter().chain(missing)
+        });
+        EvenSlices {
+            spacing: decimal(self.spacing),
+            slices: slices.chain([Slice::exact(places.len() - 1)]).collect(),
+            gaps: None,
+        }
+    }
 }
 
 /// The smallest and the largest of the distances.
@@ -189,6 +230,11 @@ fn between(places: &[f64], place: f64, near: f64) -> Slice {
         above,
         share: (place - places[below]) / (places[above] - places[below]),
     }
+}
+
+/// A distance without the last bits of its calculation: headers give places in decimal fractions of a millimetre.
+fn decimal(millimetres: f64) -> f64 {
+    (millimetres * 1e9).round() / 1e9
 }
 
 /// A length with as many digits as a header gives.

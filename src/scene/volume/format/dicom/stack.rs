@@ -118,7 +118,7 @@ impl Stack {
         } else {
             Coordinates::RightHanded
         };
-        let (spacing, orientation) = Orientation::from_steps(steps.map(Into::into), coordinates)?;
+        let (_, orientation) = Orientation::from_steps(steps.map(Into::into), coordinates)?;
         notes.extend(told_doubles(placed.doubles.len()));
         Ok(Stack {
             dims: [
@@ -126,7 +126,7 @@ impl Stack {
                 image.rows.saturating_add(more_rows as u32),
                 even.slices.len() as u32,
             ],
-            spacing,
+            spacing: [between_columns, between_rows, even.spacing],
             orientation,
             frames: placed.frames,
             shifts,

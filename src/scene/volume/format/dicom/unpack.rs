@@ -195,10 +195,12 @@ fn jpeg_2000(packed: &[u8], image: &Image) -> Parsed<Unpacked> {
         return Err("its component has another size than its picture".into());
     }
     // The decoder shifts signed values up as if they were unsigned. Other writers put signed values into
-    // an unsigned codestream, where the top bit of its own precision is the sign.
+    // an unsigned codestream, where the top bit of its own precision is the sign. What a lossy codestream makes of an
+    // edge between the extremes may lie beyond them.
     let shift = 32 - precision.min(32);
+    let most = (1 << precision) - 1;
     let word = |sample: &f32| {
-        let bits = sample.round() as i64;
+        let bits = (sample.round() as i64).clamp(0, most);
         match (has_sign, is_signed) {
             (true, _) => (bits - (1 << (precision - 1))) as i32,
             (false, true) => ((bits as i32) << shift) >> shift,
