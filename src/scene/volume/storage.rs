@@ -80,40 +80,64 @@ impl Storage {
     }
 }
 
-/// The power of ten of a unit of length in metres, by the names and signs that files use.
-fn decimal(unit: &str) -> Option<i32> {
+/// A unit of length in metres, as a whole number and a power of ten, by the names and signs that files use; with its sign.
+fn metres(unit: &str) -> Option<(u32, i32, &'static str)> {
     Some(match unit.trim() {
-        "angstrom" | "Å" => -10,
-        "nanometer" | "nanometre" | "nm" => -9,
-        "micrometer" | "micrometre" | "micron" | "um" | "µm" | "μm" => -6,
-        "millimeter" | "millimetre" | "mm" => -3,
-        "centimeter" | "centimetre" | "cm" => -2,
-        "meter" | "metre" | "m" => 0,
+        "picometer" | "picometre" | "pm" => (1, -12, "pm"),
+        "angstrom" | "Å" => (1, -10, "Å"),
+        "nanometer" | "nanometre" | "nm" => (1, -9, "nm"),
+        "micrometer" | "micrometre" | "micron" | "microns" | "um" | "µm" | "μm" => (1, -6, "µm"),
+        "millimeter" | "millimetre" | "mm" => (1, -3, "mm"),
+        "centimeter" | "centimetre" | "cm" => (1, -2, "cm"),
+        "decimeter" | "decimetre" | "dm" => (1, -1, "dm"),
+        "meter" | "metre" | "m" => (1, 0, "m"),
+        "kilometer" | "kilometre" | "km" => (1, 3, "km"),
+        "inch" | "in" => (254, -4, "in"),
+        "foot" | "ft" => (3048, -4, "ft"),
+        "yard" | "yd" => (9144, -4, "yd"),
         _ => return None,
     })
 }
 
 /// The sign of a unit of length, or its name as it was given where that is not known.
 pub fn symbol(unit: &str) -> String {
-    let sign = match decimal(unit) {
-        Some(-10) => "Å",
-        Some(-9) => "nm",
-        Some(-6) => "µm",
-        Some(-3) => "mm",
-        Some(-2) => "cm",
-        Some(0) => "m",
-        _ => unit,
-    };
+    let sign = metres(unit).map_or(unit, |(_, _, sign)| sign);
     sign.to_string()
 }
 
 /// Lengths along x, y and z, given in a unit each, in the unit of x, which is the world unit. If a unit is unknown or
 /// the same, its length is unchanged.
 pub fn in_one_unit(lengths: [f64; 3], units: [Option<&str>; 3]) -> [f64; 3] {
-    let power = |unit: Option<&str>| Some(decimal(unit?)? - decimal(units[0]?)?);
-    std::array::from_fn(|a| match power(units[a]).unwrap_or(0) {
-        // Both are exact; a negative power of ten would not be.
-        power @ 0.. => lengths[a] * 10f64.powi(power),
-        power => lengths[a] / 10f64.powi(-power),
+    let world = units[0].and_then(metres);
+    std::array::from_fn(|a| match (units[a].and_then(metres), world) {
+        (Some(own), Some(of_x)) if own != of_x => {
+            let ((count, power, _), (of_world, world, _)) = (own, of_x);
+            let length = lengths[a] * f64::from(count);
+            // Whole powers of ten are exact; negative ones would not be.
+            let length = match power - world {
+                power @ 0.. => length * 10f64.powi(power),
+                power => length / 10f64.powi(-power),
+            };
+            length / f64::from(of_world)
+        }
+        _ => lengths[a],
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_in_several_units_become_those_of_x() {
+        let of = |units: [&str; 3]| in_one_unit([1.0, 2.0, 3.0], units.map(Some));
+        assert_eq!(of(["mm", "mm", "inch"]), [1.0, 2.0, 76.2]);
+        assert_eq!(of(["pm", "micrometer", "nm"]), [1.0, 2e6, 3e3]);
+        assert_eq!(of(["m", "dm", "cm"]), [1.0, 0.2, 0.03]);
+        assert_eq!(in_one_unit([1.0, 0.1, 1.0], [Some("in"); 3])[1], 0.1);
+        assert_eq!(
+            in_one_unit([1.0, 2.0, 3.0], [Some("mm"), None, Some("ell")]),
+            [1.0, 2.0, 3.0]
+        );
+    }
 }

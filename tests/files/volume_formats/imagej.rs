@@ -1,5 +1,7 @@
 //! TIFF as ImageJ writes it: its description, and stacks with a single directory, which tifffile writes as well.
 
+use std::path::Path;
+
 use isolume::scene::volume::{Endian, Volume, VolumeOverrides, VoxelType};
 
 use super::tiff::textured;
@@ -204,7 +206,7 @@ fn tifffile_may_write_one_directory_for_all_pages() {
         };
         of_one_directory(&tiff, &first, &array.bytes())
     };
-    let whole = described("{\"shape\": [2, 3, 3, 4], \"truncated\": true}");
+    let whole = described("{\"shape\": [6, 3, 4], \"truncated\": true}");
     assert_eq!(values(&load_bytes("v.tif", &whole)), array.values);
     refuses("v.tif", &whole[..whole.len() - 50], &["truncated"]);
     for alone in [
@@ -214,4 +216,74 @@ fn tifffile_may_write_one_directory_for_all_pages() {
         let page = load_bytes("v.tif", described(alone));
         assert_eq!(values(&page), first.values, "{alone}");
     }
+}
+
+/// The volume of a channel and a time.
+fn chosen(path: &Path, channel: u32, time: u32) -> Volume {
+    let overrides = VolumeOverrides {
+        channel: Some(channel),
+        time: Some(time),
+        ..Default::default()
+    };
+    Volume::load(path, &overrides).unwrap()
+}
+
+#[test]
+fn tifffile_names_the_axes_of_pages() {
+    let array = textured([4, 3, 12], VoxelType::U8, Endian::Little);
+    let folder = folder();
+    let described = |description: &str| {
+        let tiff = Tiff {
+            description: description.into(),
+            ..Tiff::default()
+        };
+        write(folder.path(), "v.tif", tiff.write(&array))
+    };
+    let pages = |pages: &[u32]| -> Vec<f64> {
+        let values = pages.iter().flat_map(|n| slice(&array, *n).values);
+        values.collect()
+    };
+    let path = described("{\"shape\": [2, 3, 1, 2, 3, 4], \"axes\": \"TZICYX\"}");
+    assert_eq!(values(&chosen(&path, 1, 1)), pages(&[7, 9, 11]));
+    let path = described("{\"shape\": [3, 4, 3, 4], \"axes\": \"CZYX\"}");
+    assert_eq!(values(&chosen(&path, 2, 0)), pages(&[8, 9, 10, 11]));
+    let path = described("{\"shape\": [12, 3, 4]}");
+    assert_eq!(chosen(&path, 0, 0).notes, [""; 0]);
+    // Their names are not stated.
+    let path = described("{\"shape\": [3, 4, 3, 4]}");
+    let volume = chosen(&path, 0, 1);
+    assert_eq!(values(&volume), pages(&[4, 5, 6, 7]));
+    assert!(
+        volume.notes[1].contains("names no axes of its 3 × 4 pages"),
+        "{:?}",
+        volume.notes
+    );
+    let path = described("{\"shape\": [2, 3, 2, 3, 4], \"axes\": \"QQQYX\"}");
+    let volume = chosen(&path, 0, 0);
+    assert_eq!(values(&volume), array.values);
+    assert!(
+        volume.notes[0].contains("has 2 × 3 × 2 pages"),
+        "{:?}",
+        volume.notes
+    );
+}
+
+#[test]
+fn hyperstacks_may_be_in_colour() {
+    let pages = textured([4, 3, 6], VoxelType::U16, Endian::Big);
+    let pixels = textured([12, 3, 6], VoxelType::U16, Endian::Big);
+    let tiff = Tiff {
+        description: "ImageJ=1.53t\nimages=6\nslices=3\nframes=2\nhyperstack=true\n".into(),
+        rows_per_strip: 3,
+        more: vec![(277, 3)],
+        ..Tiff::default()
+    };
+    let folder = folder();
+    let whole = of_one_directory(&tiff, &slice(&pages, 0), &pixels.bytes());
+    let path = write(folder.path(), "v.tif", whole);
+    let volume = chosen(&path, 1, 1);
+    assert_eq!(volume.dims, [4, 3, 3]);
+    let later = pixels.values[12 * 3 * 3..].iter();
+    let expected: Vec<f64> = later.skip(1).step_by(3).copied().collect();
+    assert_eq!(values(&volume), expected);
 }

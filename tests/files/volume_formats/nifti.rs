@@ -191,7 +191,9 @@ fn nifti_refuses_what_is_no_scalar_volume() {
     refuses("v.nii", changed(40, 9), &["`dim[0]` is `9`"]);
     refuses("v.nii", changed(44, 0), &["`dim[2]` is `0`"]);
     refuses("v.nii", changed(44, -4), &["`dim[2]` is `-4`"]);
-    refuses("v.nii", changed(70, 128), &["`datatype` is `128`"]);
+    refuses("v.nii", changed(70, 1), &["`datatype` is `1`"]);
+    refuses("v.nii", changed(70, 128), &["colours (RGB)"]);
+    refuses("v.nii", changed(70, 32), &["complex numbers"]);
     refuses("v.nii", changed(0, 540), &["header of 540 bytes"]);
     refuses("v.nii", changed(344, 0x696e), &[".hdr/.img"]);
     refuses("v.nii", [1; 400], &["no NIfTI file"]);

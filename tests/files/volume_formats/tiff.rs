@@ -383,3 +383,30 @@ fn channels_are_for_formats_that_have_some() {
     assert!(message.contains("`level` is only for TIFF"), "{message}");
     Volume::load(&path, &level(0)).expect("a volume");
 }
+
+/// `FillOrder` and `Orientation`.
+#[test]
+fn bits_and_pictures_in_another_order_are_not_taken_for_the_usual() {
+    let array = textured([4, 3, 2], VoxelType::U16, Endian::Little);
+    let with = |tag, value| {
+        let tiff = Tiff {
+            more: vec![(tag, value)],
+            ..Tiff::default()
+        };
+        tiff.write(&array)
+    };
+    refuses(
+        "v.tif",
+        with(266, 2),
+        &["`FillOrder` is `2`", "tiffcp -f msb2lsb"],
+    );
+    assert!(load_bytes("v.tif", with(266, 1)).notes.is_empty());
+    assert!(load_bytes("v.tif", with(274, 1)).notes.is_empty());
+    let volume = load_bytes("v.tif", with(274, 4));
+    assert_eq!(values(&volume), array.values);
+    assert!(
+        volume.notes[0].contains("turned or mirrored"),
+        "{:?}",
+        volume.notes
+    );
+}

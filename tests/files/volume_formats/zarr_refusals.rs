@@ -83,6 +83,11 @@ fn what_is_no_image_is_refused() {
     fs::create_dir(&plate).unwrap();
     fs::write(plate.join(".zattrs"), "{\"plate\": {\"wells\": []}}").unwrap();
     message_of(&plate, &["plate of images"]);
+    let newer = folder.path().join("newer");
+    fs::create_dir(&newer).unwrap();
+    let multiscales = "{\"multiscales\": [{\"coordinateSystems\": [], \"datasets\": []}]}";
+    fs::write(newer.join(".zattrs"), multiscales).unwrap();
+    message_of(&newer, &["is OME-Zarr 0.6 or later"]);
     let remote = Path::new("https://example.org/v.zarr");
     message_of(remote, &["address on the network", "download it first"]);
 }

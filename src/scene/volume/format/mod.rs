@@ -68,7 +68,11 @@ const FORMATS: [(&str, &[&str], Read); 8] = [
     ("MetaImage", &[".mha", ".mhd"], Several(metaimage::read)),
     ("NIfTI", &[".nii", ".nii.gz"], Several(nifti::read)),
     ("NumPy", &[".npy"], Described(npy::read)),
-    ("TIFF", &[".tif", ".tiff"], Leveled(tiff::read)),
+    (
+        "TIFF",
+        &[".tif", ".tiff", ".btf", ".tf2", ".tf8"],
+        Leveled(tiff::read),
+    ),
     ("raw", &[".raw"], Undescribed(raw::read)),
     ("OpenVDB", &[".vdb"], Several(vdb::read)),
     (DICOM.0, &[".dcm", ".dicom", ".ima", "dicomdir"], DICOM.1),

@@ -3,9 +3,9 @@
 //! ImageJ's pages come channel by channel, then slice by slice, then time by time. For a stack without compression it
 //! may write only the first page's directory, and all pixels one after another: that is how it gets beyond 4 GB.
 
-use super::Meaning;
 use super::page::Layout;
 use super::voxel_size::VoxelSize;
+use super::{Axis, Meaning};
 use crate::scene::volume::format::header::{check_rescale, unexpected};
 use crate::scene::volume::parsed::Parsed;
 
@@ -94,11 +94,12 @@ pub fn meaning(
         meaning.calibrate(description);
     }
     // Numbers that do not fit the file are those of a stack that was changed by another program.
-    if planes == pages as u64 && layout.samples == 1 && channels * frames > 1 {
-        meaning.channels = channels as u32;
-        meaning.times = frames as u32;
-        meaning.depth = slices as usize;
-        meaning.order = [1, channels as usize, (channels * slices) as usize];
+    if planes == pages as u64 {
+        meaning = meaning.along(&[
+            (Axis::Time, frames as usize),
+            (Axis::Slice, slices as usize),
+            (Axis::Channel, channels as usize),
+        ]);
     }
     Ok(meaning)
 }

@@ -40,6 +40,14 @@ use crate::scene::volume::source::file::{Data, Encoding, Part, Start, shape, vox
 use crate::scene::volume::source::watched::WatchedFile;
 use crate::scene::volume::storage::{Level, Storage};
 
+/// An axis along which pages lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Axis {
+    Channel,
+    Slice,
+    Time,
+}
+
 /// The meaning of a file's pages.
 struct Meaning {
     size: VoxelSize,
@@ -78,6 +86,25 @@ impl Meaning {
             places: (0..pages).collect(),
             samples,
             notes: Vec::new(),
+        }
+    }
+
+    /// The same, but pages lie along these axes, each at most once, of so many pages, the outermost axis first.
+    fn along(self, axes: &[(Axis, usize)]) -> Meaning {
+        let length = |wanted: Axis| {
+            let found = axes.iter().find(|(axis, _)| *axis == wanted);
+            found.map_or(1, |(_, length)| *length)
+        };
+        let distance = |wanted: Axis| {
+            let within = axes.iter().rev().take_while(|(axis, _)| *axis != wanted);
+            within.map(|(_, length)| length).product()
+        };
+        Meaning {
+            depth: length(Axis::Slice),
+            channels: length(Axis::Channel) as u32 * self.samples,
+            times: length(Axis::Time) as u32,
+            order: [Axis::Channel, Axis::Slice, Axis::Time].map(distance),
+            ..self
         }
     }
 }
@@ -123,7 +150,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     } else if ome::is_ome(&description) {
         ome::meaning(&description, count, samples)?
     } else {
-        Meaning::stack(count, samples)
+        shaped::meaning(&description, count, samples)
     };
     let page_bytes = first_page.layout.page_bytes();
     let pages = |n: usize| {
@@ -227,6 +254,9 @@ fn stack(
     notes.extend(of_size);
     if layout.is_white_zero {
         notes.push("the file says that 0 is white; its values are taken as they are".into());
+    }
+    if layout.is_turned {
+        notes.push("the file says that its pictures are turned or mirrored for display; they are taken as they are".into());
     }
     Ok(Header {
         geometry: Ok((spacing, Orientation::UNKNOWN)),

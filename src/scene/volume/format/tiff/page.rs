@@ -32,6 +32,8 @@ pub struct Layout {
     pub is_grey: bool,
     /// Whether small values are displayed bright.
     pub is_white_zero: bool,
+    /// Whether pictures are displayed turned or mirrored.
+    pub is_turned: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,6 +68,10 @@ impl Page {
                 return Err(unexpected("ImageDepth", &depth.to_string(), expected));
             }
         }
+        if number(Tag::FillOrder)? == Some(2) {
+            let expected = "1; in each byte, the lowest bit comes first: turn them with `tiffcp -f msb2lsb OLD NEW`";
+            return Err(unexpected("FillOrder", "2", expected));
+        }
         let tiles = directories.numbers(directory, Tag::TileOffsets)?;
         let is_tiled = tiles.is_some();
         let chunk = if is_tiled {
@@ -90,6 +96,7 @@ impl Page {
             predictor: predictor(number(Tag::Predictor)?.unwrap_or(1))?,
             is_grey: matches!(shades, None | Some(0 | 1)),
             is_white_zero: shades == Some(0),
+            is_turned: number(Tag::Orientation)?.is_some_and(|orientation| orientation != 1),
         };
         layout.check()?;
         Ok(Page {

@@ -61,6 +61,9 @@ struct InGroup {
 #[derive(Deserialize)]
 struct Multiscale {
     axes: Option<Vec<AxisEntry>>,
+    /// As in version 0.6, in place of `axes`.
+    #[serde(rename = "coordinateSystems")]
+    systems: Option<serde::de::IgnoredAny>,
     datasets: Vec<Dataset>,
     #[serde(rename = "coordinateTransformations")]
     transforms: Option<Vec<Transform>>,
@@ -200,8 +203,8 @@ fn image(path: &Path) -> Parsed<(Vec<Dimension>, Vec<Resolution>, Vec<String>)> 
     } else {
         None
     };
-    let attributes =
-        attributes.ok_or("is a Zarr group without OME's metadata; open one of its arrays")?;
+    let attributes = attributes
+        .ok_or("is a Zarr group without OME's metadata; open an image or an array in it")?;
     let Some(image) = attributes
         .multiscales
         .and_then(|all| all.into_iter().next())
@@ -209,13 +212,16 @@ fn image(path: &Path) -> Parsed<(Vec<Dimension>, Vec<Resolution>, Vec<String>)> 
         return Err(match (attributes.plate, attributes.collection) {
             (Some(_), _) => "is a plate of images; open one of them, as in PLATE/A/1/0",
             (_, Some(_)) => "is a collection of images; open one of them, as in FOLDER/0",
-            _ => "is a Zarr group without `multiscales`; open one of its arrays",
+            _ => "is a Zarr group without `multiscales`; open an image or an array in it",
         }
         .into());
     };
-    let axes = image
-        .axes
-        .ok_or("`multiscales` has no `axes`: it is older than OME-Zarr 0.3")?;
+    let axes = image.axes.ok_or(match image.systems {
+        Some(_) => {
+            "is OME-Zarr 0.6 or later, with `coordinateSystems`, expected 0.4 or 0.5, with `axes`"
+        }
+        None => "`multiscales` has no `axes`: it is older than OME-Zarr 0.3",
+    })?;
     let dimensions = axes.into_iter().map(|axis| match axis {
         AxisEntry::Name(name) => Dimension::new(&name, None, None),
         AxisEntry::Described { name, kind, unit } => Dimension::new(&name, kind.as_deref(), unit),
@@ -394,13 +400,13 @@ fn level_of(dimensions: &[Dimension], resolution: &Resolution) -> Parsed<Level> 
 
 /// Refuses an array that promises far more than its files hold, which would take a walk through nothing.
 fn check_promise(array: &Array, expected: u64, dims: [u32; 3]) -> Parsed<()> {
-    let enough = expected / MOST_EMPTY + 1;
+    let enough = expected.div_ceil(MOST_EMPTY);
     let found = array.promised_bytes(LARGEST_RATIO, enough);
     if found >= enough {
         Ok(())
     } else {
         Err(format!(
-            "its chunks are {found} bytes, decoded, which cannot hold {}: nearly all of them are missing, or its \
+            "its chunks are {found} bytes, decoded, which cannot hold {}: nearly all of them are missing, as where it has its fill value, or its \
              metadata is wrong",
             shape(dims, array.voxel_type)
         ))
