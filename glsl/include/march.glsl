@@ -2,16 +2,17 @@
 //
 // A step ends where the ray leaves a cell, or earlier after a fraction of a mean free path at the densest point
 // nearby. Within a cell the field along a ray is a cubic, and nearly linear: its kinks are at the cells' sides. So the
-// medium's mean between the field's values at both ends is nearly exact, however narrow a tent of the transfer function is,
-// and has no noise. Where the field bends too much for that, a step is shorter (`straight_part`); where extinction is linear
-// in the field, the mean is exact. (Steps of equal length across cells have a bias, and one sample at a random
-// point in each step has much noise: `transport hard_cases::march`.)
+// medium's mean between the field's values at both ends is nearly right, however narrow a tent of the transfer function is,
+// and has no noise. What the field's bend adds to it is known to first order (`mean_along_bend`), and where it bends too much
+// for that, a step is shorter (`straight_part`); where extinction is linear in the field, the mean is exact. (Steps of equal
+// length across cells have a bias, and one sample at a random point in each step has much noise: `transport hard_cases::march`.)
 //
 // Near a place that is very dense (`is_dense`), a step is a quarter or half of a voxel long, and undone if its own optical
 // depth turns out to be too large. Otherwise rays that pass such a place would make hundreds of steps in each voxel, and
 // more in all than a CPU's driver lets them (`iterations` in loop.glsl).
 
 #include "scene.glsl"
+#include "classification.glsl"
 #include "close_to_one.glsl"
 #include "loop.glsl"
 #include "medium.glsl"
@@ -88,7 +89,7 @@ void next_stretch(Ray ray, inout March march) {
 }
 
 March begin_march(Ray ray, float t, float t_end) {
-    const Classified NONE = Classified(0.0, 0, vec4(0.0), vec4(0.0), ANY_VALUE, vec2(0.0));
+    const Classified NONE = Classified(0.0, 0, vec4(0.0), vec4(0.0), ANY_VALUE, vec4(0.0), vec4(0.0));
     Walk walk = begin_walk(ray, t, scene.block_size, ivec3(scene.blocks));
     March march = March(t, t_end, walk, true, t, false, 0.0, 0.0, walk, NONE);
     next_stretch(ray, march);
@@ -146,7 +147,7 @@ float straight_part(Classified begin, Classified end, float middle) {
         return 1.0;
     }
     if (begin.point == end.point) {
-        // Within a segment, extinction is as straight as the field.
+        // Within a segment, extinction is linear in the field.
         return middle >= begin.segment.x && middle <= begin.segment.y ? 1.0 : LEAST;
     }
     float between = abs(end.value - begin.value) / float(abs(end.point - begin.point));
@@ -160,7 +161,7 @@ float straight_part(Classified begin, Classified end, float middle) {
 //
 // Nothing here stands behind a branch: a CPU's driver runs both sides. A loop has a second iteration only where a lane
 // needs it.
-Medium medium_in_step(Ray ray, float from, inout Classified begin, inout March march) {
+Medium medium_in_step(Ray ray, float from, inout Classified begin, inout March march, out Parts parts) {
     vec3 end = ray.origin + march.t * ray.step;
     vec3 middle = ray.origin + 0.5 * (from + march.t) * ray.step;
     vec3 half_way = 0.5 * (march.t - from) * ray.step;
@@ -174,6 +175,7 @@ Medium medium_in_step(Ray ray, float from, inout Classified begin, inout March m
         float ends = begin.color.a + march.end.color.a;
         // Extinction is linear in the field, and so a cubic in t, whose mean Simpson's rule gives exactly.
         float mean = is_in_motion() ? 0.5 * ends : (ends + 4.0 * transfer_opacity(middle_value)) * (1.0 / 6.0);
+        parts = Parts(ONE_PART, vec4(begin.color.a, march.end.color.a, 0.0, 0.0), mat3x4(0.0), vec3(0.0));
         return Medium(scene.density * mean, scene.color);
     }
     float part = 1.0;
@@ -195,26 +197,14 @@ Medium medium_in_step(Ray ray, float from, inout Classified begin, inout March m
         begin.point = march.end.point;
         begin.color = march.end.color;
     }
-    return mean_medium(begin, march.end);
-}
-
-// Finds the parts of a step between classified ends, in which opacity has this mean.
-void find_parts(inout MarchStep s, Classified begin, Classified end, float mean) {
-    vec4 ends = vec4(begin.color.a, end.color.a, 0.0, end.color.a); // of the first part, and of the last
-    s.parts = vec2(1.0, 0.0);
-    s.depths = vec2(1.0, 0.0);
-    if (!is_linear) {
-        bool rises = end.value > begin.value;
-        bool has_points = begin.point != end.point;
-        vec2 points = rises ? vec2(begin.segment.y, end.segment.x) : vec2(begin.segment.x, end.segment.y);
-        vec2 opacities = rises ? vec2(begin.opacities.y, end.opacities.x) : vec2(begin.opacities.x, end.opacities.y);
-        ends.yz = has_points ? opacities : ends.yz;
-        vec2 parts = clamp(abs(points - vec2(begin.value, end.value)) / max(abs(end.value - begin.value), 1e-30), 0.0, 1.0);
-        s.parts = has_points ? parts : s.parts;
-        vec2 depths = 0.5 * parts * (ends.xz + ends.yw) / max(mean, 1e-30);
-        s.depths = has_points ? depths / max(1.0, depths.x + depths.y) : s.depths;
+    parts = parts_between(begin, march.end);
+    vec4 mean = mean_between(begin, march.end);
+    if (!is_in_motion()) {
+        float straight = 0.5 * (begin.value + march.end.value);
+        float bend = value_in(corners, middle - cell + (part - 1.0) * half_way) - straight;
+        mean = mean_along_bend(mean, bend, parts);
     }
-    s.slopes = (ends.yw - ends.xz) / max(ends.yw + ends.xz, 1e-30);
+    return mean_medium(mean);
 }
 
 MarchStep make_step(Ray ray, inout March march) {
@@ -222,7 +212,8 @@ MarchStep make_step(Ray ray, inout March march) {
     float from = march.t;
     float most = min(from + march.longest_now, march.exit);
     march.t = max(from, min(march.cells.exit, most));
-    Medium medium = medium_in_step(ray, from, begin, march);
+    Parts parts;
+    Medium medium = medium_in_step(ray, from, begin, march, parts);
     if (is_dense) {
         adapt(ray, from, begin, march, medium);
     }
@@ -235,7 +226,12 @@ MarchStep make_step(Ray ray, inout March march) {
     s.alpha = one_minus_exp(medium.sigma_t * s.extent);
     s.albedo = medium.albedo;
     s.t = from;
-    find_parts(s, begin, march.end, medium.sigma_t / scene.density);
+    vec4 ends = parts.opacities;
+    vec2 sums = ends.xz + ends.yw;
+    vec2 depths = 0.5 * parts.lengths * sums * (scene.density / max(medium.sigma_t, 1e-30));
+    s.parts = parts.lengths;
+    s.depths = parts.lengths.x < 1.0 ? depths / max(1.0, depths.x + depths.y) : ONE_PART;
+    s.slopes = (ends.yw - ends.xz) / max(sums, 1e-30);
     return s;
 }
 

@@ -63,54 +63,6 @@ vec4 transfer_at(float v) {
     return vec4(mix(transfer_colors(point), transfer_colors(point + 1), t), mix(p.z, p.w, t));
 }
 
-const vec2 ANY_VALUE = vec2(-LARGEST, LARGEST);
-
-// The field's value at an end of a step, classified by the transfer function.
-struct Classified {
-    float value;
-    int point; // from which to interpolate to the next; -1 below the first, the last one beyond it
-    vec4 color; // and opacity in a
-    vec4 area; // integral over values up to this one of opacity times colour and, in a, of opacity
-    vec2 segment; // the values around this one between which the function is linear
-    vec2 opacities; // at these values
-};
-
-// Means of opacity times colour and, in a, of opacity between two values, if both opacity and colour are linear from
-// one to the other.
-vec4 mean_of_line(vec4 a, vec4 b) {
-    if (has_one_color) {
-        return vec4(0.0, 0.0, 0.0, 0.5 * (a.a + b.a));
-    }
-    return vec4((a.a * (2.0 * a.rgb + b.rgb) + b.a * (a.rgb + 2.0 * b.rgb)) * (1.0 / 6.0), 0.5 * (a.a + b.a));
-}
-
-Classified classify(float v) {
-    if (is_linear) {
-        return Classified(v, 0, vec4(scene.color, transfer_opacity(v)), vec4(0.0), ANY_VALUE, vec2(0.0));
-    }
-    int point = transfer_point(v);
-    vec4 p = transfer_values(point);
-    float place = (v - p.x) * p.y;
-    float t = clamp(place, 0.0, 1.0);
-    vec4 here = texel_at(transfer, ivec2(point, 1));
-    vec4 start = vec4(scene.color, p.z);
-    vec4 color = vec4(scene.color, mix(p.z, p.w, t));
-    vec4 area = vec4(vec3(0.0), here.a);
-    if (!has_one_color) {
-        start.rgb = here.rgb;
-        color.rgb = mix(here.rgb, transfer_colors(point + 1), t);
-        area.rgb = texel_at(transfer, ivec2(point, 2)).rgb;
-    }
-    bool is_below = v < p.x;
-    bool is_beyond = place >= 1.0 && point + 1 == int(scene.transfer_segments);
-    float share = 1.0 / max(place, 1.0); // of the segment in what lies above its point
-    area += (v - p.x) * mix(color.a * vec4(color.rgb, 1.0), mean_of_line(start, color), share);
-    float next = p.x + 1.0 / p.y;
-    vec2 segment = is_below ? vec2(ANY_VALUE.x, p.x) : is_beyond ? vec2(next, ANY_VALUE.y) : vec2(p.x, next);
-    vec2 opacities = is_below ? p.zz : is_beyond ? p.ww : p.zw;
-    return Classified(v, point + int(is_beyond) - int(is_below), color, area, segment, opacities);
-}
-
 struct Medium {
     float sigma_t; // extinction, per world unit
     vec3 albedo;   // σs/σt of each channel
@@ -120,19 +72,6 @@ struct Medium {
 Medium medium_of(float v) {
     vec4 colored = transfer_at(v);
     return Medium(scene.density * colored.a, colored.rgb);
-}
-
-// The medium's mean along a step between whose ends the field is linear, however narrow the transfer function's tents
-// are: pre-integrated classification (Engel, Kraus and Ertl 2001).
-Medium mean_medium(Classified a, Classified b) {
-    const float LEAST_SHARE = 1e-4; // Of smaller differences between areas too few digits are left.
-    vec4 mean = mean_of_line(a.color, b.color);
-    float range = b.value - a.value;
-    if (!is_linear && a.point != b.point && abs(range) > LEAST_SHARE * max(a.area.a, b.area.a)) {
-        mean = clamp((b.area - a.area) / range, 0.0, 1.0); // rounding may leave the range
-    }
-    vec3 albedo = has_one_color ? scene.color : min(mean.rgb / max(mean.a, 1e-30), 1.0);
-    return Medium(scene.density * mean.a, albedo);
 }
 
 Medium medium_at(vec3 g) {

@@ -44,10 +44,11 @@ mod twins {
             pub between: float,
         }
 
-        /// Values of the field at a step's ends.
-        pub struct ValuePair {
+        /// Values of the field at a step's ends, and how far it is off a straight line half way.
+        pub struct StepValues {
             pub a: float,
             pub b: float,
+            pub bend: float,
         }
 
         pub struct MeanMedium {

@@ -1,0 +1,127 @@
+// The medium's mean along a step of a march: pre-integrated classification (Engel, Kraus and Ertl 2001), with what the bend of the
+// field adds to it. The field's values at both ends of the step are classified by the transfer function.
+
+#include "scene.glsl"
+#include "medium.glsl"
+
+const vec2 ANY_VALUE = vec2(-LARGEST, LARGEST);
+
+// The field's value at an end of a step, classified by the transfer function.
+struct Classified {
+    float value;
+    int point; // from which to interpolate to the next; -1 below the first, the last one beyond it
+    vec4 color; // and opacity in a
+    vec4 area; // integral over values up to this one of opacity times colour and, in a, of opacity
+    vec2 segment; // the values around this one between which the function is linear
+    vec4 low, high; // colour and opacity at these values
+};
+
+// Means of opacity times colour and, in a, of opacity between two values, if both opacity and colour are linear from
+// one to the other.
+vec4 mean_of_line(vec4 a, vec4 b) {
+    if (has_one_color) {
+        return vec4(0.0, 0.0, 0.0, 0.5 * (a.a + b.a));
+    }
+    return vec4((a.a * (2.0 * a.rgb + b.rgb) + b.a * (a.rgb + 2.0 * b.rgb)) * (1.0 / 6.0), 0.5 * (a.a + b.a));
+}
+
+Classified classify(float v) {
+    if (is_linear) {
+        return Classified(v, 0, vec4(scene.color, transfer_opacity(v)), vec4(0.0), ANY_VALUE, vec4(0.0), vec4(0.0));
+    }
+    int point = transfer_point(v);
+    vec4 p = transfer_values(point);
+    float place = (v - p.x) * p.y;
+    float t = clamp(place, 0.0, 1.0);
+    vec4 here = texel_at(transfer, ivec2(point, 1));
+    vec4 start = vec4(scene.color, p.z);
+    vec4 color = vec4(scene.color, mix(p.z, p.w, t));
+    vec4 area = vec4(vec3(0.0), here.a);
+    vec4 next = vec4(scene.color, p.w);
+    if (!has_one_color) {
+        start.rgb = here.rgb;
+        next.rgb = transfer_colors(point + 1);
+        color.rgb = mix(start.rgb, next.rgb, t);
+        area.rgb = texel_at(transfer, ivec2(point, 2)).rgb;
+    }
+    bool is_below = v < p.x;
+    bool is_beyond = place >= 1.0 && point + 1 == int(scene.transfer_segments);
+    float share = 1.0 / max(place, 1.0); // of the segment in what lies above its point
+    area += (v - p.x) * mix(color.a * vec4(color.rgb, 1.0), mean_of_line(start, color), share);
+    float next_value = p.x + 1.0 / p.y;
+    vec2 segment = is_below ? vec2(ANY_VALUE.x, p.x) : is_beyond ? vec2(next_value, ANY_VALUE.y) : vec2(p.x, next_value);
+    vec4 low = is_beyond ? next : start;
+    vec4 high = is_below ? start : next;
+    return Classified(v, point + int(is_beyond) - int(is_below), color, area, segment, low, high);
+}
+
+// Means of opacity times colour and, in a, of opacity along a step between whose ends the field is linear, however narrow the
+// transfer function's tents are: pre-integrated classification (Engel, Kraus and Ertl 2001).
+vec4 mean_between(Classified a, Classified b) {
+    const float LEAST_SHARE = 1e-4; // Of smaller differences between areas too few digits are left.
+    vec4 mean = mean_of_line(a.color, b.color);
+    float range = b.value - a.value;
+    if (!is_linear && a.point != b.point && abs(range) > LEAST_SHARE * max(a.area.a, b.area.a)) {
+        mean = clamp((b.area - a.area) / range, 0.0, 1.0); // rounding may leave the range
+    }
+    return mean;
+}
+
+// The medium that has these means along a step.
+Medium mean_medium(vec4 mean) {
+    vec3 albedo = has_one_color ? scene.color : min(mean.rgb / max(mean.a, 1e-30), 1.0);
+    return Medium(scene.density * mean.a, albedo);
+}
+
+// How a step is divided by points of the transfer function: see MarchStep.
+struct Parts {
+    vec2 lengths;   // of the first and the last part, as shares of the step
+    vec4 opacities; // at the ends of the first part, and of the last
+    mat3x4 slopes;  // of opacity times colour and, in a, of opacity over the field: in the first part, between, in the last
+    vec3 curve;     // of opacity times colour over the field, if the step has one part: half of the second derivative
+};
+
+const vec2 ONE_PART = vec2(1.0, 0.0);
+
+// Of colour and opacity over the field.
+vec4 slope_between(vec4 low, vec4 high, vec2 values) {
+    float range = values.y - values.x;
+    return (high - low) / (abs(range) > 1e-30 ? range : LARGEST);
+}
+
+// Of opacity times colour and, in a, of opacity, where both have this slope from a to b.
+vec4 product_slope(vec4 slope, vec4 a, vec4 b) {
+    vec4 middle = 0.5 * (a + b);
+    return vec4(slope.a * middle.rgb + slope.rgb * middle.a, slope.a);
+}
+
+Parts parts_between(Classified begin, Classified end) {
+    bool rises = end.value > begin.value;
+    bool has_points = begin.point != end.point;
+    vec2 points = rises ? vec2(begin.segment.y, end.segment.x) : vec2(begin.segment.x, end.segment.y);
+    vec4 first = has_points ? (rises ? begin.high : begin.low) : end.color;
+    vec4 last = rises ? end.low : end.high;
+    vec2 lengths = abs(points - vec2(begin.value, end.value)) / max(abs(end.value - begin.value), 1e-30);
+    vec4 slope = slope_between(begin.low, begin.high, begin.segment);
+    mat3x4 slopes = mat3x4(
+        product_slope(slope, begin.color, first),
+        product_slope(slope_between(first, last, points), first, last),
+        product_slope(slope_between(end.low, end.high, end.segment), last, end.color));
+    return Parts(
+        has_points ? clamp(lengths, 0.0, 1.0) : ONE_PART,
+        vec4(begin.color.a, first.a, last.a, end.color.a),
+        slopes,
+        has_points ? vec3(0.0) : slope.a * slope.rgb);
+}
+
+// The means of a step, which are `mean` if the field is straight, and whose field is off a straight line by `bend` half way: a
+// parabola, to first order in the bend. At a share x of the step it is off by 4·bend·x·(1 − x), whose integral up to x is
+// bend·(2x² − 4x³/3), and that of its square over the step 8/15·bend².
+vec4 mean_along_bend(vec4 mean, float bend, Parts parts) {
+    vec2 x = vec2(parts.lengths.x, 1.0 - parts.lengths.y);
+    vec2 sum = x * x * (2.0 - (4.0 / 3.0) * x);
+    vec3 weights = vec3(sum.x, sum.y - sum.x, 2.0 / 3.0 - sum.y);
+    mean += bend * (parts.slopes * weights);
+    mean.rgb += (8.0 / 15.0) * bend * bend * parts.curve;
+    return clamp(mean, 0.0, 1.0);
+}
