@@ -208,6 +208,16 @@ fn what_differs_with_each_slice_tells_no_volumes_apart() {
     );
     // Every second slice is of the other kind.
     assert_eq!(depths(&|n, common| image_type(common, n % 2 == 1)), [3, 2]);
+    // Thin slices below, and thick ones above.
+    assert_eq!(depths(&|n, common| image_type(common, n < 2)), whole);
+    let folder = stepwise([1; SLICES], |n, scan| {
+        *scan = scan.clone().with(|common| image_type(common, n < 2));
+        scan.slices[n].position[2] += 2.0 * n.saturating_sub(1) as f64;
+    });
+    let volume = plain(folder.path());
+    // 16 mm, at the median of the distances.
+    assert_eq!(volume.dims[2], 4);
+    has(&volume.notes, "2.5 to 4.5 mm apart and resampled");
 }
 
 /// Moments of a heartbeat, say, which no element tells apart but the number of the file, `number(n, moment)` from 0 on. All but

@@ -5,7 +5,8 @@
 //! time, b-value and stack where a file states them.
 //!
 //! Some scanners state another echo, time, b-value, stack or image type for each slice, or for one of them. Such slices
-//! are one volume if they lie at equal distances and not more than one of these parts has several slices.
+//! are one volume if they lie at equal distances and not more than one of these parts has several slices. So are parts of
+//! which each begins where another ends, as those of a head with thin slices below and thick ones above.
 //!
 //! Some scanners count an acquisition for each slice, or for each few slices between two steps of the table. Where
 //! acquisitions continue one another, or each has only one slice, their numbers do not distinguish volumes, and are
@@ -71,6 +72,14 @@ pub fn group(images: &[Image]) -> Vec<Group> {
     groups
 }
 
+fn kind(frame: &Frame) -> (&str, &Kind) {
+    (&frame.image_type, &frame.kind)
+}
+
+fn acquisition(frame: &Frame) -> &str {
+    &frame.acquisition
+}
+
 /// The volumes of frames that have the same series, size and directions.
 fn by_kind(images: &[Image], group: Group) -> Vec<Group> {
     // Two slices are at equal distances wherever they lie.
@@ -78,7 +87,10 @@ fn by_kind(images: &[Image], group: Group) -> Vec<Group> {
     let kinds = split(images, group.frames.clone(), Tell::Kind);
     let several = kinds.iter().filter(|kind| kind.frames.len() > 1).count();
     let may_be_one = kinds.len() > 1 && several <= 1 && group.frames.len() >= FEWEST;
-    if may_be_one && is_even(images, &group) {
+    let may_be_continued = several > 1 && several == kinds.len();
+    if may_be_one && is_even(images, &group)
+        || may_be_continued && is_continued(images, &group, kind, false)
+    {
         vec![group]
     } else {
         kinds
@@ -87,7 +99,8 @@ fn by_kind(images: &[Image], group: Group) -> Vec<Group> {
 
 /// The volumes of frames that differ in nothing but their acquisitions.
 fn by_acquisition(images: &[Image], group: Group) -> Vec<Group> {
-    if is_continued(images, &group) {
+    // Each may have every second slice, say.
+    if is_continued(images, &group, acquisition, true) {
         return vec![group];
     }
     let acquisitions = split(images, group.frames, Tell::Acquisition).into_iter();
@@ -108,8 +121,8 @@ fn split(images: &[Image], frames: Vec<At>, tell: Tell) -> Vec<Group> {
             series: &image.series_uid,
             modality: &image.modality,
             size: [image.columns, image.rows],
-            kind: (tell == Tell::Kind).then_some((this.image_type.as_str(), &this.kind)),
-            acquisition: (tell == Tell::Acquisition).then_some(&this.acquisition),
+            kind: (tell == Tell::Kind).then(|| kind(this)),
+            acquisition: (tell == Tell::Acquisition).then(|| acquisition(this)),
             alone: this.plane.is_none().then_some((at.image, at.frame)),
         };
         let candidates = known.entry(key).or_default();

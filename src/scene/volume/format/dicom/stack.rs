@@ -10,13 +10,14 @@
 //! the steps are only planned.
 
 use std::collections::HashSet;
+use std::hash::Hash;
 
 use glam::DVec3;
 
 use crate::scene::volume::orientation::{Axes, Coordinates, Orientation, SHEAR, check_right_angle};
 use crate::scene::volume::parsed::Parsed;
 
-use super::frame::{Plane, unit};
+use super::frame::{Frame, Plane, unit};
 use super::group::{At, Group, frame};
 use super::image::Image;
 use super::slices::{EXACT, EvenSlices, MOST_INVENTED, Slice, median};
@@ -26,7 +27,7 @@ const STRAIGHT: f64 = 0.1;
 /// The most voxels by which a slice may lie beside the line through the others.
 const ASTRAY: f64 = 0.5;
 
-/// Distances between slices that may be between two acquisitions of one volume; those of other regions are farther.
+/// Distances between slices that may be between two parts of one volume; those of other regions are farther.
 const MOST_APART: f64 = 3.0;
 
 /// The recipe for a volume.
@@ -152,28 +153,33 @@ fn told_doubles(count: usize) -> Option<String> {
     }
 }
 
-/// Whether the acquisitions of a group are one stack: each begins where another ends, or together they have slices at equal
-/// distances. Repetitions overlap.
-pub fn is_continued(images: &[Image], group: &Group) -> bool {
+/// Whether frames that `part` tells apart are one stack: each part begins where another ends, or, if they may take turns,
+/// together they have slices at equal distances. Repetitions overlap.
+pub fn is_continued<'a, P: Eq + Hash>(
+    images: &'a [Image],
+    group: &Group,
+    part: impl Fn(&'a Frame) -> P,
+    may_take_turns: bool,
+) -> bool {
     let Some(plane) = frame(images, group.frames[0]).plane else {
         return false;
     };
-    let acquisition = |at: At| frame(images, at).acquisition.as_str();
-    let acquisitions: HashSet<&str> = group.frames.iter().map(|at| acquisition(*at)).collect();
+    let part = |at: &At| part(frame(images, *at));
+    let parts: HashSet<P> = group.frames.iter().map(part).collect();
     let placed = Placed::in_order(images, group, plane);
     let distances = placed.distances();
     let usual = median(&distances).unwrap_or(0.0);
     let mut doubles = placed.doubles.iter();
-    let is_repeated = doubles.any(|(a, b)| acquisition(*a) != acquisition(*b));
+    let is_repeated = doubles.any(|(a, b)| part(a) != part(b));
     let pairs = placed.frames.windows(2).zip(&distances);
-    let borders = pairs.filter(|(pair, _)| acquisition(pair[0]) != acquisition(pair[1]));
+    let borders = pairs.filter(|(pair, _)| part(&pair[0]) != part(&pair[1]));
     let borders: Vec<f64> = borders.map(|(_, distance)| *distance).collect();
-    let is_in_turn = borders.len() + 1 == acquisitions.len();
+    let is_in_turn = borders.len() + 1 == parts.len();
     let is_near = borders
         .iter()
         .all(|distance| *distance <= MOST_APART * usual);
-    // Acquisitions that take turns are even: each has every second slice, say.
-    !is_repeated && (is_in_turn && is_near || placed.is_even()) && Stack::new(images, group).is_ok()
+    let is_one = is_in_turn && is_near || may_take_turns && placed.is_even();
+    !is_repeated && is_one && Stack::new(images, group).is_ok()
 }
 
 /// Whether a group has one slice at each place, and its places are at equal distances.
