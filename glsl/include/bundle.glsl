@@ -1,7 +1,7 @@
 // The order in which pixels get their samples, and where the sums of units wait until they are folded into the
 // picture.
 //
-// Where the volume streams, several units are worked off together, pixel by pixel (src/render/bundle.rs). An *item*
+// Where the volume streams, several units are worked off together, pixel by pixel (src/render/picture/bundle.rs). An *item*
 // is a unit of a pixel. All items of a pixel follow one another, then those of the next pixel, strip by strip through
 // the picture and back and forth in each strip: items under way at the same time need the same bricks. All sums share
 // the memory of a single unit's sums: items use it in turn.

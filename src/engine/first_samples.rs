@@ -21,7 +21,8 @@ const FEW: f64 = 8.0;
 const SAMPLES: u32 = 8;
 const SAMPLES_MARCHED: u32 = 4;
 /// The variance of the mean of 32 to 128 marched samples, as a share of that of independent ones, approximately: they are
-/// low-discrepancy points, and a better cache makes them less noisy. Few samples do not show that yet (`render/halves.rs`).
+/// low-discrepancy points, and a better cache makes them less noisy. Few samples do not show that yet
+/// (`render/picture/halves.rs`).
 const VARIANCE_RATIO_MARCHED: f64 = 0.35;
 /// Units of one sample that are taken after the first one of a picture that is begun: where the volume streams, together,
 /// and as many as pictures begin with ([`units_together`](super::schedule::units_together)).

@@ -13,7 +13,7 @@
 //! reported" in tools/measurements/cache.md).
 //!
 //! In a march each sample is a unit of its own to the renderer, and units here are only what is taken between two looks
-//! (`render/units.rs`, `render/halves.rs`).
+//! (`render/picture/units.rs`, `render/picture/halves.rs`).
 
 use std::time::Duration;
 

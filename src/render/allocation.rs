@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::estimator::VariantMemory;
 use super::gpu_scene::GpuScene;
-use super::iso_depth::FirstSurface;
+use super::picture::iso_depth::FirstSurface;
 use super::resources::Resources;
 use crate::error::Result;
 use crate::gpu::Memory;

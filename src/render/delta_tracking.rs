@@ -1,9 +1,9 @@
 //! Paths from the camera: those of `non-caching`, and those that read the cache.
 
 use super::bricks::Items;
-use super::bundle::{Bundle, Sampled};
 use super::pass_compiler::PassCompiler;
 use super::path_queue::PathQueue;
+use super::picture::bundle::{Bundle, Sampled};
 use super::resources::Resources;
 use crate::error::Result;
 use crate::gpu::types::*;

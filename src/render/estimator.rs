@@ -3,11 +3,11 @@
 
 use std::sync::Arc;
 
-use super::bundle::Bundle;
 use super::cache::{Cache, CacheMemory};
 use super::delta_tracking::DeltaTracking;
 use super::gpu_scene::GpuScene;
 use super::pass_compiler::PassCompiler;
+use super::picture::bundle::Bundle;
 use super::published::{Published, PublishedCells};
 use super::resources::Resources;
 use super::variant::Variant;

@@ -10,13 +10,13 @@
 //!
 //! Steps 2 and 3 are repeated, in the order and as often as the engine wants.
 
-use super::accumulate::AccumulatePush;
-use super::bundle::{Bundle, BundleUnderWay, Sampled};
 use super::estimator::Estimator;
 use super::parts::{Changes, Derived};
+use super::picture::accumulate::AccumulatePush;
+use super::picture::bundle::{Bundle, BundleUnderWay, Sampled};
+use super::picture::tone_map::ToneMapPush;
+use super::picture::under_way::UnderWay;
 use super::renderer::Renderer;
-use super::tone_map::ToneMapPush;
-use super::under_way::UnderWay;
 use crate::error::Result;
 use crate::gpu::Image;
 

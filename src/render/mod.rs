@@ -5,9 +5,9 @@
 //! [`Renderer`] has it on the GPU: the resources that every variant needs, and an estimator, which is a variant's
 //! passes together with its own memory. Each pass is a file here and a shader of the same name in `glsl/`
 //! (`delta_tracking.rs` has two shaders: with a cache, its paths are those of `cached_tracking.comp`). What belongs to
-//! one variant alone stands in a folder, `cache` or `published`, what streams a volume in `bricks`, and what measures
-//! the device in `peak`. How large caches and volumes in bricks are, which a plan has to know, is worked out in
-//! `layout`.
+//! one variant alone stands in a folder, `cache` or `published`, what streams a volume in `bricks`, what samples become in
+//! `picture`, and what measures the device in `peak`. How large caches and volumes in bricks are, which a plan has to know,
+//! is worked out in `layout`.
 //!
 //! A frame, as `frame.rs` runs it: the majorants of the medium (once a transfer function), then how near and how far
 //! the camera's rays meet anything (`patches`, once a view), then, with a cache, batches of paths from its nodes, and then
@@ -22,7 +22,7 @@
 //! - **sample**: one estimate of a pixel's radiance, by a path or by a march.
 //! - **unit**: the samples that every pixel gets between two updates of its mean. A picture is only taken at the end of a
 //!   unit, and the spread between units gives its standard error; where samples are marched, the change of the mean with
-//!   each doubling of their number corrects it (`halves.rs`).
+//!   each doubling of their number corrects it (`picture/halves.rs`).
 //! - **bundle**: units that are worked off together, pixel by pixel, where the volume streams.
 //! - **patch**: one of 32 × 32 rectangles of the picture. For each it is known how near and how far its rays meet
 //!   anything.
@@ -68,22 +68,16 @@
 //! - **page**: the entry of a brick in a page table: where it is in memory, if it is there.
 //! - **admission**: which invocations may work while bricks of the volume are missing (`bricks/admission.rs`).
 
-mod accumulate;
 mod allocation;
 mod bricks;
-mod bundle;
 mod cache;
 mod constants;
 mod copy;
 mod delta_tracking;
-mod difference;
 mod estimator;
 pub mod features;
-mod film;
 mod frame;
 mod gpu_scene;
-mod halves;
-mod iso_depth;
 mod layout;
 mod light_memory;
 mod majorants;
@@ -94,17 +88,13 @@ mod passes;
 mod patches;
 mod path_queue;
 mod peak;
+mod picture;
 mod planning;
 mod published;
 mod renderer;
 mod repeated_pass;
 mod resources;
 pub mod shared;
-mod sums;
-mod tone_map;
-mod totals;
-mod under_way;
-mod units;
 mod until;
 mod upload;
 mod variant;
@@ -115,19 +105,14 @@ pub use cache::{
     next_batch_size,
 };
 pub use copy::{Sink, Source};
-pub use difference::mean_square;
-pub use film::{Film, FirstHits};
 pub use gpu_scene::GpuScene;
-pub use halves::Halves;
 pub use layout::{BrickLayout, CacheLayout, Occupancy};
 pub use light_memory::ENVIRONMENT_IMAGE;
 pub use parts::{Changes, Derived, Part, Parts};
 pub use peak::{Peak, PeakRates, filter_error, peak, peak_rates};
+pub use picture::{Film, FirstHits, Halves, Sums, ToneMapPush, Totals, mean_square, variance};
 pub use planning::{Choice, Plan, Planner};
 pub use renderer::Renderer;
 pub use resources::{Resources, TRANSFER_FUNCTION, UNIT_SUM, VOLUME};
-pub use sums::{Sums, variance};
-pub use tone_map::ToneMapPush;
-pub use totals::Totals;
 pub use until::Until;
 pub use variant::Variant;

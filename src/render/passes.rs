@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use super::accumulate::Accumulate;
-use super::iso_depth::{FirstSurface, IsoDepth};
 use super::majorants::Majorants;
 use super::pass_compiler::PassCompiler;
 use super::patches::Patches;
-use super::tone_map::ToneMap;
+use super::picture::accumulate::Accumulate;
+use super::picture::iso_depth::{FirstSurface, IsoDepth};
+use super::picture::tone_map::ToneMap;
 use crate::error::Result;
 use crate::gpu::{Device, Shaders};
 

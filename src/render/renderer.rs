@@ -1,24 +1,24 @@
 //! A scene on the GPU: everything is allocated and loaded once, and changed with the scene. `frame.rs` says what runs on it in
-//! a frame, and `units.rs` how frames make samples.
+//! a frame, and `picture/units.rs` how frames make samples.
 
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::accumulate::AccumulatePush;
 use super::allocation::Allocation;
 use super::bricks::{BrickFigures, VolumeBricks};
 use super::cache::{Cache, Caching};
 use super::estimator::Estimator;
 use super::gpu_scene::GpuScene;
-use super::halves::Halves;
 use super::parts::{Changes, Part};
 use super::pass_compiler::PassCompiler;
 use super::passes::Passes;
+use super::picture::accumulate::AccumulatePush;
+use super::picture::halves::Halves;
+use super::picture::totals::Totals;
+use super::picture::under_way::UnderWay;
 use super::published::PublishedCells;
 use super::resources::Resources;
 use super::shared;
-use super::totals::Totals;
-use super::under_way::UnderWay;
 use super::upload;
 use super::variant::Variant;
 use crate::error::Result;

@@ -16,7 +16,7 @@ enum Order {
     Pixels,
 }
 
-/// The items (see `bundle.rs`) that may be worked on.
+/// The items (see `picture/bundle.rs`) that may be worked on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Items {
     /// Units in the bundle.

@@ -4,9 +4,9 @@ use super::camera_march::CameraMarch;
 use super::memory::CacheMemory;
 use crate::error::Result;
 use crate::gpu::Frame;
-use crate::render::bundle::{Bundle, Sampled};
 use crate::render::delta_tracking::DeltaTracking;
 use crate::render::pass_compiler::PassCompiler;
+use crate::render::picture::bundle::{Bundle, Sampled};
 use crate::render::resources::Resources;
 
 pub enum AtRest {

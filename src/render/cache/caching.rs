@@ -6,9 +6,9 @@ use crate::error::Result;
 use crate::gpu::{Frame, Image, SLICE_MS, Slices};
 use crate::render::bricks::Admission;
 use crate::render::copy;
+use crate::render::picture::tone_map::{ToneMap, ToneMapPush};
+use crate::render::picture::under_way::UnderWay;
 use crate::render::resources::Resources;
-use crate::render::tone_map::{ToneMap, ToneMapPush};
-use crate::render::under_way::UnderWay;
 use crate::render::until::Until;
 
 /// A renderer of the caching variant, borrowed for its cache.

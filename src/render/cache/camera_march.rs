@@ -6,8 +6,8 @@ use crate::error::Result;
 use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass, SLICE_MS, Slices};
 use crate::render::bricks::Items;
-use crate::render::bundle::{Bundle, Sampled};
 use crate::render::pass_compiler::PassCompiler;
+use crate::render::picture::bundle::{Bundle, Sampled};
 use crate::render::resources::Resources;
 use crate::shared;
 

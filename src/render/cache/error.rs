@@ -13,7 +13,7 @@ use super::ray_march::{self, RayMarch};
 use crate::error::Result;
 use crate::gpu::Frame;
 use crate::render::copy;
-use crate::render::difference::mean_square;
+use crate::render::picture::mean_square;
 use crate::render::resources::Resources;
 
 /// Pixels along the picture's longer side on which the error is measured, approximately.

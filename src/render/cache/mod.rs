@@ -37,11 +37,11 @@ pub use state::CacheState;
 
 use std::time::Instant;
 
-use super::bundle::{Bundle, Sampled};
 use super::gpu_scene::GpuScene;
 use super::layout::CacheLayout;
 use super::parts::{Changes, Derived};
 use super::pass_compiler::PassCompiler;
+use super::picture::bundle::{Bundle, Sampled};
 use super::resources::Resources;
 use crate::error::Result;
 use crate::gpu::{Frame, Recording, Slices};

@@ -1,11 +1,11 @@
 //! Folds units of samples into the running mean and its spread.
 
-use super::bricks::VolumeBricks;
-use super::pass_compiler::PassCompiler;
-use super::resources::Resources;
 use crate::error::Result;
 use crate::gpu::types::*;
 use crate::gpu::{Binding, Pass, Recording, Work};
+use crate::render::bricks::VolumeBricks;
+use crate::render::pass_compiler::PassCompiler;
+use crate::render::resources::Resources;
 use crate::shared;
 
 shared! {

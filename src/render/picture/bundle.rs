@@ -10,8 +10,8 @@
 //! The sums of all units in a bundle share the memory of a single unit's sums. So items are done in turn: those of
 //! later pixels begin once the earlier pixels have all of their units, and these are in the mean.
 
-use super::bricks::Items;
 use super::sums::Sums;
+use crate::render::bricks::Items;
 
 /// The most units in a bundle: the more there are, the fewer pixels have room for their sums at once. Items, and as many
 /// again as there are pixels, are counted in 32 bits.

@@ -3,13 +3,13 @@
 
 use std::sync::Arc;
 
-use super::copy;
 use super::halves::Halves;
 use super::iso_depth::FirstSurface;
-use super::renderer::Renderer;
 use super::sums::{Sums, variance};
 use super::totals::Totals;
 use crate::error::{Error, Result};
+use crate::render::copy;
+use crate::render::renderer::Renderer;
 
 /// The picture so far, row 0 on top.
 pub struct Film {
@@ -95,7 +95,7 @@ impl Renderer {
 
     /// Measures how much smaller the variance of the mean of marched samples is than that of independent ones, whenever
     /// their number is a power of two.
-    pub(super) fn update_halves(&mut self) -> Result<()> {
+    pub(in crate::render) fn update_halves(&mut self) -> Result<()> {
         let Totals { samples, units, .. } = self.totals;
         if !self.is_marched() || samples < Halves::LEAST || !samples.is_power_of_two() {
             return Ok(());
@@ -113,7 +113,7 @@ impl Renderer {
         Ok(())
     }
 
-    pub(super) fn upload(&mut self, sums: &Sums) -> Result<()> {
+    pub(in crate::render) fn upload(&mut self, sums: &Sums) -> Result<()> {
         let r = &mut self.resources;
         for (image, texels) in [(&r.mean, &sums.mean), (&r.squares, &sums.squares)] {
             copy::upload_picture(&mut self.frame, &mut r.staging, image, r.size, texels)?;

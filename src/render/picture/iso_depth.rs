@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use super::gpu_scene::GpuScene;
-use super::pass_compiler::PassCompiler;
-use super::resources::{Resources, picture_desc};
 use crate::error::Result;
 use crate::gpu::{Binding, Frame, Image, Memory, Pass, Work};
+use crate::render::gpu_scene::GpuScene;
+use crate::render::pass_compiler::PassCompiler;
+use crate::render::resources::{Resources, picture_desc};
 
 pub struct IsoDepth {
     pass: Pass,

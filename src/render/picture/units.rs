@@ -4,10 +4,10 @@
 //! paths.
 
 use super::bundle::{BundleUnderWay, most_together};
-use super::renderer::Renderer;
 use super::under_way::UnderWay;
-use super::until::Until;
 use crate::error::Result;
+use crate::render::renderer::Renderer;
+use crate::render::until::Until;
 
 impl Renderer {
     /// Gives every pixel `samples` more samples. Returns false, and leaves the picture as it was, if
@@ -87,7 +87,7 @@ impl Renderer {
     }
 
     /// Drops the units under way.
-    pub(super) fn abandon(&mut self) -> Result<()> {
+    pub(in crate::render) fn abandon(&mut self) -> Result<()> {
         match std::mem::take(&mut self.under_way) {
             UnderWay::Units(BundleUnderWay {
                 before: Some(sums), ..
@@ -96,7 +96,7 @@ impl Renderer {
         }
     }
 
-    pub(super) fn pixels(&self) -> u32 {
+    pub(in crate::render) fn pixels(&self) -> u32 {
         self.resources.size[0] * self.resources.size[1]
     }
 }

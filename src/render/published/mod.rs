@@ -18,9 +18,9 @@ use bytemuck::Zeroable;
 
 use super::gpu_scene::GpuScene;
 use super::pass_compiler::PassCompiler;
+use super::picture::totals::Totals;
 use super::resources::Resources;
 use super::shared::Counters;
-use super::totals::Totals;
 use crate::error::Result;
 use crate::gpu::Frame;
 use published_march::{PublishedMarch, PublishedMarchPush};
