@@ -76,9 +76,11 @@ fn instances(place: &Place) -> Option<Vec<i64>> {
 /// The volume of each instance, if they are counted from `first` on, volume by volume or place by place.
 fn counted_from(places: &[Vec<i64>], first: i64, count: usize) -> Option<Vec<Vec<usize>>> {
     let (slices, count) = (places.len() as i64, count as i64);
-    let volume_by_volume = |number: i64| (number - first).div_euclid(slices);
-    let place_by_place = |number: i64| (number - first).rem_euclid(count);
-    let place_of = |number: i64| (number - first).div_euclid(count);
+    // A damaged file may state any number.
+    let counted = |number: i64| number.saturating_sub(first);
+    let volume_by_volume = |number: i64| counted(number).div_euclid(slices);
+    let place_by_place = |number: i64| counted(number).rem_euclid(count);
+    let place_of = |number: i64| counted(number).div_euclid(count);
     let is_of_one_place = |numbers: &Vec<i64>| {
         numbers
             .iter()
