@@ -7,8 +7,9 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::directory::{Directories, Tag};
+use super::meaning::Meaning;
 use super::page::{Layout, Page};
-use super::{Meaning, imagej, imagej_meaning, ome, stack};
+use super::{imagej, imagej_meaning, ome, stack};
 use crate::scene::volume::format::header::Header;
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::{Keyed, Parsed};

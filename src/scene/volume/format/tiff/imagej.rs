@@ -3,9 +3,9 @@
 //! ImageJ's pages come channel by channel, then slice by slice, then time by time. For a stack without compression it
 //! may write only the first page's directory, and all pixels one after another: that is how it gets beyond 4 GB.
 
+use super::meaning::{Axis, Meaning};
 use super::page::Layout;
 use super::voxel_size::VoxelSize;
-use super::{Axis, Meaning};
 use crate::scene::volume::format::header::{check_rescale, unexpected};
 use crate::scene::volume::parsed::Parsed;
 

@@ -12,6 +12,7 @@
 mod directory;
 mod folder;
 mod imagej;
+mod meaning;
 mod ome;
 mod page;
 mod pages;
@@ -22,9 +23,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use directory::{Directories, Directory, Tag};
+use meaning::Meaning;
 use page::{Layout, Page};
 use pages::{Pages, named};
-use voxel_size::VoxelSize;
 
 pub use folder::{is_page, read_folder};
 
@@ -39,75 +40,6 @@ use crate::scene::volume::source::codec::{Codec, LARGEST_RATIO};
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start, shape, voxel_bytes};
 use crate::scene::volume::source::watched::WatchedFile;
 use crate::scene::volume::storage::{Level, Storage};
-
-/// An axis along which pages lie.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Axis {
-    Channel,
-    Slice,
-    Time,
-}
-
-/// The meaning of a file's pages.
-struct Meaning {
-    size: VoxelSize,
-    /// A voxel's value is intercept + slope · the number in the file.
-    slope: f64,
-    intercept: f64,
-    /// Slices of each channel at each time.
-    depth: usize,
-    /// The samples of one pixel are channels, too.
-    channels: u32,
-    /// The names of the first channels, or "".
-    names: Vec<String>,
-    times: u32,
-    /// Distance, in planes, to the next channel, slice and time.
-    order: [usize; 3],
-    /// The page of each plane.
-    places: Vec<usize>,
-    /// Values of a pixel.
-    samples: u32,
-    /// Remarks for the user: one sentence each.
-    notes: Vec<String>,
-}
-
-impl Meaning {
-    /// The meaning of pages that are all slices.
-    fn stack(pages: usize, samples: u32) -> Meaning {
-        Meaning {
-            size: VoxelSize::UNKNOWN,
-            slope: 1.0,
-            intercept: 0.0,
-            depth: pages,
-            channels: samples,
-            names: Vec::new(),
-            times: 1,
-            order: [0, 1, 0],
-            places: (0..pages).collect(),
-            samples,
-            notes: Vec::new(),
-        }
-    }
-
-    /// The same, but pages lie along these axes, each at most once, of so many pages, the outermost axis first.
-    fn along(self, axes: &[(Axis, usize)]) -> Meaning {
-        let length = |wanted: Axis| {
-            let found = axes.iter().find(|(axis, _)| *axis == wanted);
-            found.map_or(1, |(_, length)| *length)
-        };
-        let distance = |wanted: Axis| {
-            let within = axes.iter().rev().take_while(|(axis, _)| *axis != wanted);
-            within.map(|(_, length)| length).product()
-        };
-        Meaning {
-            depth: length(Axis::Slice),
-            channels: length(Axis::Channel) as u32 * self.samples,
-            times: length(Axis::Time) as u32,
-            order: [Axis::Channel, Axis::Slice, Axis::Time].map(distance),
-            ..self
-        }
-    }
-}
 
 pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let file = Arc::new(WatchedFile::open(path)?);

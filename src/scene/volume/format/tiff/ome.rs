@@ -7,7 +7,7 @@ use std::iter::{once, repeat_n};
 
 use roxmltree::{Document, Node, ParsingOptions};
 
-use super::Meaning;
+use super::meaning::Meaning;
 use super::voxel_size::VoxelSize;
 use crate::scene::volume::format::header::unexpected;
 use crate::scene::volume::format::several::channel_names;

@@ -4,8 +4,8 @@
 
 use serde::Deserialize;
 
+use super::meaning::{Axis, Meaning};
 use super::page::Layout;
-use super::{Axis, Meaning};
 
 #[derive(Deserialize)]
 struct Shaped {
