@@ -48,7 +48,7 @@ Classified classify(float v) {
     bool is_beyond = place >= 1.0 && point + 1 == int(scene.transfer_segments);
     float share = 1.0 / max(place, 1.0); // of the segment in what lies above its point
     area += (v - p.x) * mix(color.a * vec4(color.rgb, 1.0), mean_of_line(start, color), share);
-    float next_value = p.x + 1.0 / p.y;
+    float next_value = p.y > 0.0 ? p.x + 1.0 / p.y : LARGEST;
     vec2 segment = is_below ? vec2(ANY_VALUE.x, p.x) : is_beyond ? vec2(next_value, ANY_VALUE.y) : vec2(p.x, next_value);
     vec4 low = is_beyond ? next : start;
     vec4 high = is_below ? start : next;
@@ -73,55 +73,57 @@ Medium mean_medium(vec4 mean) {
     return Medium(scene.density * mean.a, albedo);
 }
 
-// How a step is divided by points of the transfer function: see MarchStep.
+// The parts of a step between points of the transfer function: the first part ends at the point that comes first, and the last
+// part begins at the last one. A step without points has a first part alone.
 struct Parts {
-    vec2 lengths;   // of the first and the last part, as shares of the step
-    vec4 opacities; // at the ends of the first part, and of the last
-    mat3x4 slopes;  // of opacity times colour and, in a, of opacity over the field: in the first part, between, in the last
-    vec3 curve;     // of opacity times colour over the field, if the step has one part: half of the second derivative
+    vec2 lengths;     // of the first and the last part, as shares of the step
+    vec4 first, last; // colour and opacity where the first part ends and the last one begins
 };
 
 const vec2 ONE_PART = vec2(1.0, 0.0);
 
-// Of colour and opacity over the field.
-vec4 slope_between(vec4 low, vec4 high, vec2 values) {
-    float range = values.y - values.x;
-    return (high - low) / (abs(range) > 1e-30 ? range : LARGEST);
-}
-
-// Of opacity times colour and, in a, of opacity, where both have this slope from a to b.
-vec4 product_slope(vec4 slope, vec4 a, vec4 b) {
-    vec4 middle = 0.5 * (a + b);
-    return vec4(slope.a * middle.rgb + slope.rgb * middle.a, slope.a);
+bool has_points(Classified begin, Classified end) {
+    return begin.point != end.point;
 }
 
 Parts parts_between(Classified begin, Classified end) {
+    if (!has_points(begin, end)) {
+        return Parts(ONE_PART, end.color, end.color);
+    }
     bool rises = end.value > begin.value;
-    bool has_points = begin.point != end.point;
     vec2 points = rises ? vec2(begin.segment.y, end.segment.x) : vec2(begin.segment.x, end.segment.y);
-    vec4 first = has_points ? (rises ? begin.high : begin.low) : end.color;
-    vec4 last = rises ? end.low : end.high;
     vec2 lengths = abs(points - vec2(begin.value, end.value)) / max(abs(end.value - begin.value), 1e-30);
-    vec4 slope = slope_between(begin.low, begin.high, begin.segment);
-    mat3x4 slopes = mat3x4(
-        product_slope(slope, begin.color, first),
-        product_slope(slope_between(first, last, points), first, last),
-        product_slope(slope_between(end.low, end.high, end.segment), last, end.color));
-    return Parts(
-        has_points ? clamp(lengths, 0.0, 1.0) : ONE_PART,
-        vec4(begin.color.a, first.a, last.a, end.color.a),
-        slopes,
-        has_points ? vec3(0.0) : slope.a * slope.rgb);
+    return Parts(clamp(lengths, 0.0, 1.0), rises ? begin.high : begin.low, rises ? end.low : end.high);
 }
 
-// The means of a step, which are `mean` if the field is straight, and whose field is off a straight line by `bend` half way: a
-// parabola, to first order in the bend. At a share x of the step it is off by 4·bend·x·(1 − x), whose integral up to x is
-// bend·(2x² − 4x³/3), and that of its square over the step 8/15·bend².
-vec4 mean_along_bend(vec4 mean, float bend, Parts parts) {
+// Opacity times colour and, in a, opacity.
+vec4 product(vec4 color) {
+    return vec4(color.a * color.rgb, color.a);
+}
+
+// The mean of 4x(1 − x) between two shares of a step.
+float mean_bend(float x0, float x1) {
+    return 2.0 * (x0 + x1) - (4.0 / 3.0) * (x0 * x0 + x0 * x1 + x1 * x1);
+}
+
+// The means of a step, which are `mean` if the field is straight, and whose field is off a straight line by `bend` half way, as a
+// parabola: at a share x of the step by 4·bend·x(1 − x). Within one segment of the transfer function, colour and opacity are
+// off by that times their slopes, which is exact: the mean of x(1 − x) is 1/6, and that of its square 1/30. Over points, a
+// part whose product rises by r adds r·bend/(field's rise) times the part's mean of 4x(1 − x), to first order in the bend.
+vec4 mean_along_bend(vec4 mean, float bend, Classified begin, Classified end, Parts parts) {
+    float range = begin.segment.y - begin.segment.x;
+    vec4 off = bend * (begin.high - begin.low) / (range > 0.0 ? range : LARGEST);
+    vec4 middle = 0.5 * (begin.color + end.color);
+    vec4 within = vec4(
+        (2.0 / 3.0) * (off.a * middle.rgb + middle.a * off.rgb) + (8.0 / 15.0) * off.a * off.rgb,
+        (2.0 / 3.0) * off.a);
+    float rise = end.value - begin.value;
     vec2 x = vec2(parts.lengths.x, 1.0 - parts.lengths.y);
-    vec2 sum = x * x * (2.0 - (4.0 / 3.0) * x);
-    vec3 weights = vec3(sum.x, sum.y - sum.x, 2.0 / 3.0 - sum.y);
-    mean += bend * (parts.slopes * weights);
-    mean.rgb += (8.0 / 15.0) * bend * bend * parts.curve;
-    return clamp(mean, 0.0, 1.0);
+    vec4 first = product(parts.first);
+    vec4 last = product(parts.last);
+    vec4 rises = mean_bend(0.0, x.x) * (first - product(begin.color))
+               + mean_bend(x.x, x.y) * (last - first)
+               + mean_bend(x.y, 1.0) * (product(end.color) - last);
+    vec4 over_points = bend / (rise != 0.0 ? rise : LARGEST) * rises;
+    return clamp(mean + (has_points(begin, end) ? over_points : within), 0.0, 1.0);
 }

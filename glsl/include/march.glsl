@@ -175,7 +175,7 @@ Medium medium_in_step(Ray ray, float from, inout Classified begin, inout March m
         float ends = begin.color.a + march.end.color.a;
         // Extinction is linear in the field, and so a cubic in t, whose mean Simpson's rule gives exactly.
         float mean = is_in_motion() ? 0.5 * ends : (ends + 4.0 * transfer_opacity(middle_value)) * (1.0 / 6.0);
-        parts = Parts(ONE_PART, vec4(begin.color.a, march.end.color.a, 0.0, 0.0), mat3x4(0.0), vec3(0.0));
+        parts = Parts(ONE_PART, march.end.color, march.end.color);
         return Medium(scene.density * mean, scene.color);
     }
     float part = 1.0;
@@ -200,9 +200,9 @@ Medium medium_in_step(Ray ray, float from, inout Classified begin, inout March m
     parts = parts_between(begin, march.end);
     vec4 mean = mean_between(begin, march.end);
     if (!is_in_motion()) {
-        float straight = 0.5 * (begin.value + march.end.value);
-        float bend = value_in(corners, middle - cell + (part - 1.0) * half_way) - straight;
-        mean = mean_along_bend(mean, bend, parts);
+        float chord = 0.5 * (begin.value + march.end.value);
+        float bend = value_in(corners, middle - cell + (part - 1.0) * half_way) - chord;
+        mean = mean_along_bend(mean, bend, begin, march.end, parts);
     }
     return mean_medium(mean);
 }
@@ -226,11 +226,13 @@ MarchStep make_step(Ray ray, inout March march) {
     s.alpha = one_minus_exp(medium.sigma_t * s.extent);
     s.albedo = medium.albedo;
     s.t = from;
-    vec4 ends = parts.opacities;
+    vec4 ends = vec4(begin.color.a, parts.first.a, parts.last.a, march.end.color.a);
     vec2 sums = ends.xz + ends.yw;
-    vec2 depths = 0.5 * parts.lengths * sums * (scene.density / max(medium.sigma_t, 1e-30));
+    vec2 depths = 0.5 * parts.lengths * sums / max(medium.sigma_t / scene.density, 1e-30);
     s.parts = parts.lengths;
-    s.depths = parts.lengths.x < 1.0 ? depths / max(1.0, depths.x + depths.y) : ONE_PART;
+    // Where nothing is between the two parts, they have all of the optical depth.
+    float least = parts.lengths.x + parts.lengths.y < 1.0 - 1e-6 ? 1.0 : 1e-30;
+    s.depths = parts.lengths.x < 1.0 ? depths / max(least, depths.x + depths.y) : ONE_PART;
     s.slopes = (ends.yw - ends.xz) / max(sums, 1e-30);
     return s;
 }

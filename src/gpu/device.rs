@@ -72,7 +72,8 @@ impl Device {
         Device::open_from(instance, choice, None)
     }
 
-    /// `can_show`: asked of devices that have to show images as well.
+    /// `can_show`: asked of devices that have to show images as well. The best device that can is opened, and where none can, the
+    /// error is that of the best.
     pub(super) fn open_from(
         instance: Arc<Instance>,
         choice: &DeviceChoice,
@@ -241,25 +242,19 @@ fn usable_queue(
     can_show: Option<CanShow<'_>>,
 ) -> Result<u32> {
     let family = compute_queue(instance, physical, can_show.is_some());
+    let device = summary.name.clone();
     let Some(can_show) = can_show else {
-        return family.ok_or_else(|| {
-            DeviceError::Unable {
-                device: summary.name.clone(),
-                problem: "has no compute queue".into(),
-            }
-            .into()
-        });
+        let problem = "has no compute queue".into();
+        return family.ok_or_else(|| DeviceError::Unable { device, problem }.into());
     };
-    let unable = |problem: &str| summary.shows_nothing(problem.into());
-    if !instance.has_extension(physical, khr::swapchain::NAME) {
-        return Err(unable("lacks VK_KHR_swapchain, which a window needs"));
-    }
-    let family = family
-        .ok_or_else(|| unable("has no queue that both computes and draws, which a window needs"))?;
-    match can_show(physical, family) {
-        Ok(()) => Ok(family),
-        Err(problem) => Err(summary.shows_nothing(problem)),
-    }
+    let shown = if !instance.has_extension(physical, khr::swapchain::NAME) {
+        Err("lacks VK_KHR_swapchain, which a window needs".into())
+    } else if let Some(family) = family {
+        can_show(physical, family).map(|()| family)
+    } else {
+        Err("has no queue that both computes and draws, which a window needs".into())
+    };
+    shown.map_err(|problem| DeviceError::ShowsNothing { device, problem }.into())
 }
 
 /// Opens a device with one queue of a family. The survey has found every feature present.

@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::instance::{Instance, Validation, queue_families};
 use super::needs::{Need, has_timestamps, needs};
-use crate::error::{DeviceError, Error, Result};
+use crate::error::{DeviceError, Result};
 
 /// The kind of hardware behind a driver, best first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -67,14 +67,6 @@ pub struct DeviceSummary {
     pub lacks: Vec<String>,
     /// Everything that Isolume asks of the device.
     pub needs: Vec<Need>,
-}
-
-impl DeviceSummary {
-    /// The error of a device that is to draw in a window, and cannot.
-    pub(super) fn shows_nothing(&self, problem: String) -> Error {
-        let device = self.name.clone();
-        DeviceError::ShowsNothing { device, problem }.into()
-    }
 }
 
 /// Every device that a Vulkan driver shows, usable or not.
@@ -175,7 +167,7 @@ pub(super) fn compute_queue(
 }
 
 /// The wanted device, by an index that there is or by a part of a name; or all that can be used, the best first by their
-/// [`DeviceKind`]. Never none.
+/// [`DeviceKind`]. The list is never empty.
 pub(super) fn candidates<'a>(
     all: &'a [DeviceSummary],
     wanted: Option<&str>,

@@ -61,7 +61,7 @@ impl NativeSurface {
     }
 
     /// The format of the images that a queue of a device can show here; what it lacks, if it cannot.
-    pub fn format_on(
+    fn format_on(
         &self,
         physical: vk::PhysicalDevice,
         queue_family: u32,
@@ -126,7 +126,10 @@ impl Surface {
         let device = Device::open_from(native.instance.clone(), choice, Some(&can_show))?;
         let format = native.format_on(device.physical, device.queue_family);
         Ok(Arc::new(Surface {
-            format: format.map_err(|problem| device.summary.shows_nothing(problem))?,
+            format: format.map_err(|problem| DeviceError::ShowsNothing {
+                device: device.summary.name.clone(),
+                problem,
+            })?,
             native,
             device,
         }))

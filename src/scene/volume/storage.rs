@@ -80,46 +80,64 @@ impl Storage {
     }
 }
 
-/// A unit of length in metres, as a whole number and a power of ten, by the names and signs that files use; with its sign.
-fn metres(unit: &str) -> Option<(u32, i32, &'static str)> {
-    Some(match unit.trim() {
-        "picometer" | "picometre" | "pm" => (1, -12, "pm"),
-        "angstrom" | "Å" => (1, -10, "Å"),
-        "nanometer" | "nanometre" | "nm" => (1, -9, "nm"),
-        "micrometer" | "micrometre" | "micron" | "microns" | "um" | "µm" | "μm" => (1, -6, "µm"),
-        "millimeter" | "millimetre" | "mm" => (1, -3, "mm"),
-        "centimeter" | "centimetre" | "cm" => (1, -2, "cm"),
-        "decimeter" | "decimetre" | "dm" => (1, -1, "dm"),
-        "meter" | "metre" | "m" => (1, 0, "m"),
-        "kilometer" | "kilometre" | "km" => (1, 3, "km"),
-        "inch" | "in" => (254, -4, "in"),
-        "foot" | "ft" => (3048, -4, "ft"),
-        "yard" | "yd" => (9144, -4, "yd"),
-        _ => return None,
-    })
+/// A unit of length: `count` times 10 to the power of `power` metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Unit {
+    count: u32,
+    power: i32,
+    sign: &'static str,
+}
+
+impl Unit {
+    /// By the names and signs that files use.
+    fn named(name: &str) -> Option<Unit> {
+        let (count, power, sign) = match name.trim() {
+            "picometer" | "picometre" | "pm" => (1, -12, "pm"),
+            "angstrom" | "Å" => (1, -10, "Å"),
+            "nanometer" | "nanometre" | "nm" => (1, -9, "nm"),
+            "micrometer" | "micrometre" | "micron" | "microns" | "um" | "µm" | "μm" => {
+                (1, -6, "µm")
+            }
+            "millimeter" | "millimetre" | "mm" => (1, -3, "mm"),
+            "centimeter" | "centimetre" | "cm" => (1, -2, "cm"),
+            "decimeter" | "decimetre" | "dm" => (1, -1, "dm"),
+            "meter" | "metre" | "m" => (1, 0, "m"),
+            "kilometer" | "kilometre" | "km" => (1, 3, "km"),
+            "inch" | "in" => (254, -4, "in"),
+            "foot" | "ft" => (3048, -4, "ft"),
+            "yard" | "yd" => (9144, -4, "yd"),
+            _ => return None,
+        };
+        Some(Unit { count, power, sign })
+    }
+
+    /// A length in this unit in another one.
+    fn in_unit(self, length: f64, other: Unit) -> f64 {
+        if self == other {
+            return length;
+        }
+        let counted = length * f64::from(self.count);
+        // Positive powers of ten are exact, and negative ones are not.
+        let scaled = match self.power - other.power {
+            power @ 0.. => counted * 10f64.powi(power),
+            power => counted / 10f64.powi(-power),
+        };
+        scaled / f64::from(other.count)
+    }
 }
 
 /// The sign of a unit of length, or its name as it was given where that is not known.
 pub fn symbol(unit: &str) -> String {
-    let sign = metres(unit).map_or(unit, |(_, _, sign)| sign);
+    let sign = Unit::named(unit).map_or(unit, |unit| unit.sign);
     sign.to_string()
 }
 
 /// Lengths along x, y and z, given in a unit each, in the unit of x, which is the world unit. If a unit is unknown or
 /// the same, its length is unchanged.
 pub fn in_one_unit(lengths: [f64; 3], units: [Option<&str>; 3]) -> [f64; 3] {
-    let world = units[0].and_then(metres);
-    std::array::from_fn(|a| match (units[a].and_then(metres), world) {
-        (Some(own), Some(of_x)) if own != of_x => {
-            let ((count, power, _), (of_world, world, _)) = (own, of_x);
-            let length = lengths[a] * f64::from(count);
-            // Whole powers of ten are exact; negative ones would not be.
-            let length = match power - world {
-                power @ 0.. => length * 10f64.powi(power),
-                power => length / 10f64.powi(-power),
-            };
-            length / f64::from(of_world)
-        }
+    let units = units.map(|unit| Unit::named(unit?));
+    std::array::from_fn(|a| match (units[a], units[0]) {
+        (Some(own), Some(of_x)) => own.in_unit(lengths[a], of_x),
         _ => lengths[a],
     })
 }

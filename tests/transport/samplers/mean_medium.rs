@@ -193,30 +193,49 @@ fn largest_errors(points: &[Point], begins: [f64; 2], rises: [f64; 2], most: f64
     largest
 }
 
+/// The points with values that are so many times as large.
+fn scaled(points: &[Point], scale: f64) -> Vec<Point> {
+    points.iter().map(|p| (scale * p.0, p.1, p.2)).collect()
+}
+
 #[test]
 fn of_a_bend_within_a_segment() {
     let points = [(0.0, 0.0, SAND), (90.0, 0.9, SKY), (100.0, 1.0, SKY)];
     let level = [(0.0, 1.0, SAND), (90.0, 1.0, SKY), (100.0, 1.0, SKY)];
     for points in [points, level] {
-        let errors = largest_errors(&points, [40.0, 50.0], [0.0, 20.0], 20.0);
-        assert!(errors.iter().all(|error| *error < 1e-5), "{errors:?}");
+        for scale in [1.0, 1e25, 1e-25] {
+            let [begins, rises] = [[40.0, 50.0], [0.0, 20.0]].map(|of| of.map(|x| scale * x));
+            let errors = largest_errors(&scaled(&points, scale), begins, rises, 20.0 * scale);
+            let is_exact = errors.iter().all(|error| *error < 1e-5);
+            assert!(is_exact, "{errors:?} at {scale:e}");
+        }
     }
 }
 
-/// Of a step with up to two points in it, the opacity is right to first order: the error falls with the square of the bend.
-/// Colours in a part are taken as if their change were even.
+/// Over up to two points, of which one may be a step, what is said is right to first order: the error falls with the square of
+/// the bend. Colours in a part are taken as if their change were even.
 #[test]
-fn of_a_bend_across_segments() {
-    let points = [
+fn of_a_bend_over_points() {
+    let ramps = [
         (0.0, 0.0, SAND),
         (30.0, 0.1, SKY),
         (50.0, 0.8, SAND),
         (65.0, 0.2, SKY),
         (100.0, 0.6, SAND),
     ];
-    let errors = |most| largest_errors(&points, [30.0, 70.0], [20.0, 30.0], most);
-    let [large, small] = [4.0, 0.4].map(errors);
-    println!("{large:.5?}, {small:.6?}");
-    assert!(large[1] < 0.03 && small[1] < 0.02 * large[1]);
-    assert!(large[0] < 0.04 && small[0] < 0.04 * large[0]);
+    let steps = [
+        (0.0, 0.1, SAND),
+        (40.0, 0.1, SAND),
+        (40.0, 0.7, SKY),
+        (75.0, 0.7, SKY),
+        (75.0, 0.2, SAND),
+        (100.0, 0.2, SAND),
+    ];
+    for points in [&ramps[..], &steps] {
+        let errors = |most| largest_errors(points, [30.0, 70.0], [20.0, 30.0], most);
+        let [large, small] = [4.0, 0.4].map(errors);
+        println!("{large:.5?}, {small:.6?}");
+        assert!(large.iter().all(|error| *error < 0.05));
+        assert!(small[1] < 0.02 * large[1] && small[0] < 0.04 * large[0]);
+    }
 }

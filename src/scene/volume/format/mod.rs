@@ -168,7 +168,7 @@ fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Keyed<()> {
         if is_given && !read.keys().contains(&key) {
             let users = users(key);
             let instead = if key == "time" && read.keys().contains(&"series") {
-                "; each time of this folder is a volume of its own, which `series` picks"
+                "; in DICOM each time is a volume of its own, which `series` picks"
             } else {
                 ""
             };

@@ -285,14 +285,18 @@ fn voxel_type(code: i64) -> Parsed<VoxelType> {
         1024 => VoxelType::I64,
         1280 => VoxelType::U64,
         128 | 2304 => {
-            return Err("its voxels are colours (RGB), expected one number each; split them first, in Python: \
-                        `nibabel.load(\"scan.nii\").dataobj[\"R\"]`"
-                .into());
+            return Err(
+                "its voxels are colours (RGB), expected one number each; in Python, one of them is \
+                 `numpy.asarray(nibabel.load(\"scan.nii\").dataobj)[\"R\"]`"
+                    .into(),
+            );
         }
         32 | 1792 | 2048 => {
-            return Err("its voxels are complex numbers, expected real ones; take their magnitude first, in Python: \
-                        `abs(nibabel.load(\"scan.nii\").dataobj)`"
-                .into());
+            return Err(
+                "its voxels are complex numbers, expected real ones; in Python, their size is \
+                 `numpy.abs(numpy.asarray(nibabel.load(\"scan.nii\").dataobj))`"
+                    .into(),
+            );
         }
         _ => {
             let expected = "2 or 256 (8 bits), 4 or 512 (16), 8 or 768 (32), 1024 or 1280 (64), 16 (float) or 64 \

@@ -210,8 +210,8 @@ fn look_at(files: Vec<PathBuf>, folder: &Path) -> Parsed<Found> {
 /// The fault of a file that is no DICOM, if it may have been: by its name, or, since slices often have none of the common
 /// names, because nothing is in it.
 fn called_dicom(path: &Path) -> Option<&'static str> {
-    // A Mac writes a file of this name beside each on a disk of another system.
-    if path.file_name()?.to_string_lossy().starts_with("._") {
+    // Hidden files are those of other programs. A Mac writes one beside each file on a disk of another system.
+    if path.file_name()?.to_string_lossy().starts_with('.') {
         return None;
     }
     let is_empty = std::fs::metadata(path).is_ok_and(|metadata| metadata.len() == 0);

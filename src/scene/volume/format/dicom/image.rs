@@ -249,7 +249,8 @@ fn padding(data: &DataSet, samples: Samples) -> Option<Padding> {
     };
     let value = |tag: Tag| {
         let word = i64::from(data.whole(tag)?);
-        // A padding of 16 bits is none of the values of 8 bits, unless it is one with its sign repeated.
+        // A padding that needs more bits than are allocated is no stored value, unless it is a negative one whose sign was
+        // extended.
         let is_negative = is_signed && i64::from(word as i16) >= -(1 << (allocated - 1));
         if word >> allocated != 0 && !is_negative {
             return None;

@@ -37,6 +37,7 @@ mod thumbnail;
 mod unpack;
 mod values;
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use crate::scene::volume::overrides::{Pick, VolumeOverrides};
@@ -164,8 +165,9 @@ pub fn series(path: &Path) -> Parsed<Vec<Series>> {
     if groups.is_empty() {
         return Err(found.nothing());
     }
-    let described = (0..groups.len()).map(|n| describe(&found.images, &groups, n).0);
-    Ok(described.collect())
+    Ok(described(&found.images, &groups)
+        .map(|(series, _)| series)
+        .collect())
 }
 
 /// All volumes of a folder with pictures, where there are several to choose from; none where there is one.
@@ -175,29 +177,41 @@ pub fn previews(path: &Path) -> Parsed<Vec<Preview>> {
     if groups.len() < 2 {
         return Ok(Vec::new());
     }
-    let preview = |n| {
-        let (series, frames) = describe(&found.images, &groups, n);
-        Preview {
-            series,
-            thumbnail: thumbnail(&found.images, &frames).ok(),
-        }
-    };
-    Ok((0..groups.len()).map(preview).collect())
+    let previews = described(&found.images, &groups).map(|(series, frames)| Preview {
+        series,
+        thumbnail: thumbnail(&found.images, &frames).ok(),
+    });
+    Ok(previews.collect())
 }
 
-/// The description of a volume, the `n`th of all, from its headers, and its frames, in their order if they have one.
-fn describe(images: &[Image], groups: &[Group], n: usize) -> (Series, Vec<At>) {
-    let group = &groups[n];
+/// The description of each volume, and its frames, in their order if they have one.
+fn described<'a>(
+    images: &'a [Image],
+    groups: &'a [Group],
+) -> impl Iterator<Item = (Series, Vec<At>)> + 'a {
+    let told = told_apart(images, groups).into_iter();
+    let numbered = groups.iter().zip(1..).zip(told);
+    numbered.map(|((group, number), told)| {
+        let (mut series, frames) = describe(images, group, number);
+        if !told.is_empty() {
+            series.notes.insert(0, told);
+        }
+        (series, frames)
+    })
+}
+
+/// The description of a volume from its headers, and its frames, in their order if they have one.
+fn describe(images: &[Image], group: &Group, number: u32) -> (Series, Vec<At>) {
     let image = &images[group.frames[0].image];
     let mut series = Series {
-        number: n as u32 + 1,
+        number,
         uid: image.series_uid.clone(),
         description: image.description.clone(),
         modality: image.modality.clone(),
         slices: group.frames.len() as u32,
         dims: [image.columns, image.rows, group.frames.len() as u32],
         spacing: [1.0; 3],
-        notes: Vec::from_iter(told_apart(images, groups, n)),
+        notes: Vec::new(),
     };
     let damaged = group.frames.iter().map(|at| &images[at.image]);
     let damage = damaged.filter_map(|image| {
@@ -222,29 +236,34 @@ fn describe(images: &[Image], groups: &[Group], n: usize) -> (Series, Vec<At>) {
     }
 }
 
-/// What tells the `n`th volume apart from others of the same series, as in "echo 2, b-value 1000".
-fn told_apart(images: &[Image], groups: &[Group], n: usize) -> Option<String> {
+/// For each volume what tells it apart from others of the same series, as in "echo 2, b-value 1000"; "" if nothing has to.
+fn told_apart(images: &[Image], groups: &[Group]) -> Vec<String> {
     let first = |group: &Group| group.frames[0];
-    let image = |group: &Group| &images[first(group).image];
-    let is_beside = |other: &&Group| image(other).series_uid == image(&groups[n]).series_uid;
-    let beside = groups.iter().filter(is_beside).map(first);
-    let beside: Vec<_> = beside.map(|at| frame(images, at).distinctions()).collect();
-    let own = frame(images, first(&groups[n])).distinctions().into_iter();
-    let differs = |(i, (_, value)): &(usize, (&str, String))| {
-        !value.is_empty() && beside.iter().any(|other| other[*i].1 != *value)
-    };
-    let told: Vec<String> = own
-        .enumerate()
-        .filter(differs)
-        .map(|(_, (word, value))| format!("{word} {value}"))
-        .collect();
-    match (told.is_empty(), image(&groups[n]).instance) {
-        (false, _) => Some(told.join(", ")),
-        (true, Some(instance)) if beside.len() > 1 => {
-            Some(format!("its first instance is {instance}"))
-        }
-        _ => None,
+    let mut of_series: HashMap<&str, Vec<_>> = HashMap::new();
+    for at in groups.iter().map(first) {
+        let uid = images[at.image].series_uid.as_str();
+        let distinctions = frame(images, at).distinctions();
+        of_series.entry(uid).or_default().push(distinctions);
     }
+    let told = |group: &Group| {
+        let image = &images[first(group).image];
+        let beside = &of_series[image.series_uid.as_str()];
+        let own = frame(images, first(group)).distinctions().into_iter();
+        let differs = |(i, (_, value)): &(usize, (&str, String))| {
+            !value.is_empty() && beside.iter().any(|other| other[*i].1 != *value)
+        };
+        let told = own.enumerate().filter(differs);
+        let told: Vec<String> = told
+            .map(|(_, (word, value))| format!("{word} {value}"))
+            .collect();
+        match image.instance {
+            Some(instance) if told.is_empty() && beside.len() > 1 => {
+                format!("its first instance is {instance}")
+            }
+            _ => told.join(", "),
+        }
+    };
+    groups.iter().map(told).collect()
 }
 
 /// A refusal of a volume with gaps: slices may be missing because their files are damaged.

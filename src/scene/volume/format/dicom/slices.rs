@@ -234,7 +234,12 @@ fn between(places: &[f64], place: f64, near: f64) -> Slice {
 
 /// A distance without the last bits of its calculation: headers give places in decimal fractions of a millimetre.
 fn decimal(millimetres: f64) -> f64 {
-    (millimetres * 1e9).round() / 1e9
+    let rounded = (millimetres * 1e9).round() / 1e9;
+    if (rounded - millimetres).abs() <= 1e-9 * millimetres {
+        rounded
+    } else {
+        millimetres
+    }
 }
 
 /// A length with as many digits as a header gives.

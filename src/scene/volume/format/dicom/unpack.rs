@@ -197,7 +197,7 @@ fn jpeg_2000(packed: &[u8], image: &Image) -> Parsed<Unpacked> {
     // The decoder shifts signed values up as if they were unsigned. Other writers put signed values into
     // an unsigned codestream, where the top bit of its own precision is the sign. What a lossy codestream makes of an
     // edge between the extremes may lie beyond them.
-    let shift = 32 - precision.min(32);
+    let shift = 32 - precision;
     let most = (1 << precision) - 1;
     let word = |sample: &f32| {
         let bits = (sample.round() as i64).clamp(0, most);

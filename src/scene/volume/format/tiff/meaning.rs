@@ -63,7 +63,7 @@ impl Meaning {
         };
         Meaning {
             depth: length(Axis::Slice),
-            channels: length(Axis::Channel) as u32 * self.samples,
+            channels: (length(Axis::Channel) as u32).saturating_mul(self.samples),
             times: length(Axis::Time) as u32,
             order: [Axis::Channel, Axis::Slice, Axis::Time].map(distance),
             ..self

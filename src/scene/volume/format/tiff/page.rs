@@ -69,7 +69,7 @@ impl Page {
             }
         }
         if number(Tag::FillOrder)? == Some(2) {
-            let expected = "1; in each byte, the lowest bit comes first: turn them with `tiffcp -f msb2lsb OLD NEW`";
+            let expected = "1; in each byte, the lowest bit comes first: reverse the bits with `tiffcp -f msb2lsb OLD NEW`";
             return Err(unexpected("FillOrder", "2", expected));
         }
         let tiles = directories.numbers(directory, Tag::TileOffsets)?;

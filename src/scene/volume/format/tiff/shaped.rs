@@ -37,23 +37,28 @@ pub fn meaning(description: &str, pages: usize, samples: u32) -> Meaning {
     else {
         return meaning;
     };
-    let lengths: Vec<String> = outer.iter().map(|(_, length)| length.to_string()).collect();
-    let lengths = lengths.join(" × ");
-    match axes(&outer) {
-        Some((axes, are_named)) => {
-            let unnamed = format!(
-                "the file names no axes of its {lengths} pages: the last is taken as z, and the one before as time"
-            );
-            meaning.notes.extend((!are_named).then_some(unnamed));
-            meaning.along(&axes)
-        }
-        None => {
-            meaning.notes.push(format!(
-                "the file has {lengths} pages, which are more axes than time, channel and z: all are taken as slices"
-            ));
-            meaning
-        }
+    let Some(Axes { axes, guessed }) = axes(&outer) else {
+        let lengths: Vec<String> = outer.iter().map(|(_, length)| length.to_string()).collect();
+        meaning.notes.push(format!(
+            "the file does not say what the axes of its {} pages are: all are taken as slices",
+            lengths.join(" × ")
+        ));
+        return meaning;
+    };
+    // The only axis of a stack needs no name.
+    if outer.len() > 1 {
+        let told = guessed.iter().map(|(axis, length)| {
+            let taken = match axis {
+                Axis::Time => "time",
+                _ => "z",
+            };
+            format!(
+                "the file does not say what its axis of {length} pages is: it is taken as {taken}"
+            )
+        });
+        meaning.notes.extend(told);
     }
+    meaning.along(&axes)
 }
 
 /// The letters and lengths of the axes along which the pages lie, without those that are 1 long. Where no letters are stated,
@@ -85,8 +90,15 @@ fn outer(shaped: &Shaped, pages: usize) -> Option<Vec<(char, usize)>> {
     (product(&axes) == Some(pages)).then_some(axes)
 }
 
-/// What the axes are, and whether their letters say so; `None` for more of them than pages can have.
-fn axes(outer: &[(char, usize)]) -> Option<(Vec<(Axis, usize)>, bool)> {
+/// The axes of pages with their lengths, the outermost first, and those among them whose letters do not say what they are.
+struct Axes {
+    axes: Vec<(Axis, usize)>,
+    guessed: Vec<(Axis, usize)>,
+}
+
+/// What the axes are; `None` if that cannot be guessed. Of axes without a meaning the last is z and the one before it time, as
+/// far as no other axis is.
+fn axes(outer: &[(char, usize)]) -> Option<Axes> {
     let named = |letter: char| match letter {
         'Z' => Some(Axis::Slice),
         'T' => Some(Axis::Time),
@@ -99,17 +111,20 @@ fn axes(outer: &[(char, usize)]) -> Option<(Vec<(Axis, usize)>, bool)> {
             .iter()
             .all(|(letter, _)| named(*letter) != Some(*axis))
     });
-    let mut are_named = true;
-    let mut axes = Vec::new();
+    let (mut axes, mut guessed) = (Vec::new(), Vec::new());
     for (letter, length) in outer.iter().rev() {
-        let axis = named(*letter).or_else(|| {
-            are_named &= outer.len() == 1;
-            left.pop()
-        })?;
+        let axis = match named(*letter) {
+            Some(axis) => axis,
+            None => {
+                let axis = left.pop()?;
+                guessed.insert(0, (axis, *length));
+                axis
+            }
+        };
         if axes.iter().any(|(known, _)| *known == axis) {
             return None;
         }
         axes.insert(0, (axis, *length));
     }
-    Some((axes, are_named))
+    Some(Axes { axes, guessed })
 }

@@ -406,8 +406,8 @@ fn check_promise(array: &Array, expected: u64, dims: [u32; 3]) -> Parsed<()> {
         Ok(())
     } else {
         Err(format!(
-            "its chunks are {found} bytes, decoded, which cannot hold {}: nearly all of them are missing, as where it has its fill value, or its \
-             metadata is wrong",
+            "its chunks are {found} bytes, decoded, which cannot hold {}: nearly all of them are missing, as they are \
+             where an array holds nothing but its fill value, or its metadata is wrong",
             shape(dims, array.voxel_type)
         ))
     }
