@@ -55,13 +55,18 @@ Classified classify(float v) {
     return Classified(v, point + int(is_beyond) - int(is_below), color, area, segment, low, high);
 }
 
+// Whether the transfer function has points between two values.
+bool has_points(Classified begin, Classified end) {
+    return begin.point != end.point;
+}
+
 // Means of opacity times colour and, in a, of opacity along a step between whose ends the field is linear, however narrow the
-// transfer function's tents are: pre-integrated classification (Engel, Kraus and Ertl 2001).
+// transfer function's tents are.
 vec4 mean_between(Classified a, Classified b) {
     const float LEAST_SHARE = 1e-4; // Of smaller differences between areas too few digits are left.
     vec4 mean = mean_of_line(a.color, b.color);
     float range = b.value - a.value;
-    if (!is_linear && a.point != b.point && abs(range) > LEAST_SHARE * max(a.area.a, b.area.a)) {
+    if (!is_linear && has_points(a, b) && abs(range) > LEAST_SHARE * max(a.area.a, b.area.a)) {
         mean = clamp((b.area - a.area) / range, 0.0, 1.0); // rounding may leave the range
     }
     return mean;
@@ -81,10 +86,6 @@ struct Parts {
 };
 
 const vec2 ONE_PART = vec2(1.0, 0.0);
-
-bool has_points(Classified begin, Classified end) {
-    return begin.point != end.point;
-}
 
 Parts parts_between(Classified begin, Classified end) {
     if (!has_points(begin, end)) {

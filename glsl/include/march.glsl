@@ -146,7 +146,7 @@ float straight_part(Classified begin, Classified end, float middle) {
     if (off < ROUNDING * max(abs(begin.value), abs(end.value))) {
         return 1.0;
     }
-    if (begin.point == end.point) {
+    if (!has_points(begin, end)) {
         // Within a segment, extinction is linear in the field.
         return middle >= begin.segment.x && middle <= begin.segment.y ? 1.0 : LEAST;
     }
@@ -157,7 +157,7 @@ float straight_part(Classified begin, Classified end, float middle) {
 
 // The medium's mean in [from, march.t], which lies in one cell: a read of it tells the field at its ends and half way. (In motion
 // it may lie in two; then the one at its end is read, and the field is taken as straight.) Where the field is not straight
-// enough, march.t becomes the end of the first part that is.
+// enough, march.t becomes the end of the first part that is. `parts` says how the transfer function's points divide the step.
 //
 // Nothing here stands behind a branch: a CPU's driver runs both sides. A loop has a second iteration only where a lane
 // needs it.

@@ -96,6 +96,15 @@ fn scattered_voxels() -> Volume {
     Volume::from_values(DIMS, [VOXEL; 3], Voxels::F32(values)).expect("a volume")
 }
 
+/// The error of the transmittances of a picture's rays.
+fn root_mean_square(picture: &[[f32; 4]], exact: &[f64]) -> f64 {
+    let errors = picture.iter().zip(exact);
+    let errors = errors.map(|(pixel, exact)| (f64::from(pixel[0]) - exact).powi(2));
+    let rms = (errors.sum::<f64>() / exact.len() as f64).sqrt();
+    println!("root mean square error of transmittance {rms:.5}");
+    rms
+}
+
 #[test]
 fn voxels_that_are_independent_of_each_other() {
     let volume = scattered_voxels();
@@ -103,13 +112,7 @@ fn voxels_that_are_independent_of_each_other() {
     let scene = absorbing_scene(medium, orthographic([0.6, 0.5, 3.0], 1.0));
     let exact = transmittances(&scene, &volume, scene.render.size[0]);
     let marched = cached(&scene, &volume, 0.5, CacheFormat::F16, 8, 1).march();
-    let errors = marched
-        .iter()
-        .zip(&exact)
-        .map(|(pixel, exact)| (f64::from(pixel[0]) - exact).powi(2));
-    let rms = (errors.sum::<f64>() / exact.len() as f64).sqrt();
-    println!("root mean square error of transmittance {rms:.5}");
-    assert!(rms < 1e-4);
+    assert!(root_mean_square(&marched, &exact) < 1e-4);
 }
 
 /// Extinction is linear in the field wherever that comes to, but the transfer function has a point more than it needs. At rest
@@ -122,11 +125,7 @@ fn voxels_that_are_independent_through_two_segments() {
     let exact = transmittances(&scene, &volume, scene.render.size[0]);
     let mut cached = cached(&scene, &volume, 0.5, CacheFormat::F16, 8, 1);
     let film = through_centres(&mut cached, 1);
-    let errors = film.mean.iter().zip(&exact);
-    let errors = errors.map(|(pixel, exact)| (f64::from(pixel[0]) - exact).powi(2));
-    let rms = (errors.sum::<f64>() / exact.len() as f64).sqrt();
-    println!("root mean square error of transmittance {rms:.5}");
-    assert!(rms < 5e-4);
+    assert!(root_mean_square(&film.mean, &exact) < 5e-4);
 }
 
 /// Along a diagonal through independent voxels the field bends in each cell, and passes a narrow tent of the transfer function

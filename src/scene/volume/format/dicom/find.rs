@@ -31,10 +31,16 @@ pub struct Found {
     pub others: BTreeMap<&'static str, usize>,
     /// Files that should have been readable but are not.
     pub unreadable: Vec<String>,
-    /// The reason why the only file that was named is no image.
-    why: Option<String>,
-    /// The first file of a folder that is no part of a volume, with the reason.
-    first_other: Option<String>,
+    /// The first file that is no part of a volume, with the reason.
+    first_other: Option<FirstOther>,
+}
+
+/// A file that is no part of a volume.
+#[derive(Debug)]
+struct FirstOther {
+    /// Its path relative to the folder that the user has named; `None` for a file that the user has named.
+    name: Option<String>,
+    why: String,
 }
 
 /// Examines all files below a folder, those that a DICOMDIR lists, or a single file.
@@ -59,7 +65,7 @@ fn examine(path: &Path) -> Parsed<Found> {
         }),
         Content::Other(Other { kind, why }) => Ok(Found {
             others: [(kind, 1)].into(),
-            why: Some(why),
+            first_other: Some(FirstOther { name: None, why }),
             ..Found::default()
         }),
         Content::Directory(names) => {
@@ -178,30 +184,30 @@ fn look_at(files: Vec<PathBuf>, folder: &Path) -> Parsed<Found> {
     });
     let mut found = Found::default();
     for (path, content) in looked.collect::<Vec<_>>() {
+        let name = path
+            .strip_prefix(folder)
+            .unwrap_or(&path)
+            .display()
+            .to_string();
         match content {
             Ok(Some(Content::Image(mut image))) => {
-                let name = path.strip_prefix(folder).unwrap_or(&path);
-                image.place.name = name.display().to_string();
+                image.place.name = name;
                 found.images.push(*image);
             }
             Ok(Some(Content::Other(Other { kind, why }))) => {
                 *found.others.entry(kind).or_default() += 1;
-                let name = path.strip_prefix(folder).unwrap_or(&path);
-                let first = || format!("{}: {why}", name.display());
-                found.first_other.get_or_insert_with(first);
+                let name = Some(name);
+                found.first_other.get_or_insert(FirstOther { name, why });
             }
             Ok(Some(Content::Directory(_))) => {}
-            Ok(None) => found.unreadable.extend(called_dicom(&path).map(|fault| {
-                let name = path.strip_prefix(folder).unwrap_or(&path);
-                format!("{} ({fault})", name.display())
-            })),
-            Err(Fault::System(fault)) => return Err(unreadable("file", &path, folder, fault)),
-            Err(Fault::Content(fault)) => {
-                let name = path.strip_prefix(folder).unwrap_or(&path);
+            Ok(None) => {
+                let fault = called_dicom(&path);
                 found
                     .unreadable
-                    .push(format!("{} ({fault})", name.display()));
+                    .extend(fault.map(|fault| format!("{name} ({fault})")));
             }
+            Err(Fault::System(fault)) => return Err(unreadable("file", &path, folder, fault)),
+            Err(Fault::Content(fault)) => found.unreadable.push(format!("{name} ({fault})")),
         }
     }
     Ok(found)
@@ -270,7 +276,7 @@ impl Found {
 
     /// The reason why there is no volume.
     pub fn nothing(&self) -> String {
-        if let Some(why) = &self.why {
+        if let Some(FirstOther { name: None, why }) = &self.first_other {
             return why.clone();
         }
         let mut parts: Vec<String> = Vec::new();
@@ -279,7 +285,16 @@ impl Found {
         }
         parts.extend(self.named_unreadable());
         // Of several kinds, none stands for the others.
-        parts.extend(self.first_other.clone().filter(|_| self.others.len() == 1));
+        if let (
+            Some(FirstOther {
+                name: Some(name),
+                why,
+            }),
+            1,
+        ) = (&self.first_other, self.others.len())
+        {
+            parts.push(format!("{name}: {why}"));
+        }
         if parts.is_empty() {
             "holds no DICOM image, expected the slices of at least one series".into()
         } else {

@@ -238,24 +238,23 @@ fn describe(images: &[Image], group: &Group, number: u32) -> (Series, Vec<At>) {
 
 /// For each volume what tells it apart from others of the same series, as in "echo 2, b-value 1000"; "" if nothing has to.
 fn told_apart(images: &[Image], groups: &[Group]) -> Vec<String> {
-    let first = |group: &Group| group.frames[0];
+    let firsts: Vec<(&Image, _)> = (groups.iter())
+        .map(|group| group.frames[0])
+        .map(|at| (&images[at.image], frame(images, at).distinctions()))
+        .collect();
     let mut of_series: HashMap<&str, Vec<_>> = HashMap::new();
-    for at in groups.iter().map(first) {
-        let uid = images[at.image].series_uid.as_str();
-        let distinctions = frame(images, at).distinctions();
+    for (image, distinctions) in &firsts {
+        let uid = image.series_uid.as_str();
         of_series.entry(uid).or_default().push(distinctions);
     }
-    let told = |group: &Group| {
-        let image = &images[first(group).image];
+    let told = |(image, own): &(&Image, [(&str, String); 6])| {
         let beside = &of_series[image.series_uid.as_str()];
-        let own = frame(images, first(group)).distinctions().into_iter();
-        let differs = |(i, (_, value)): &(usize, (&str, String))| {
+        let differs = |i: &usize| {
+            let value = &own[*i].1;
             !value.is_empty() && beside.iter().any(|other| other[*i].1 != *value)
         };
-        let told = own.enumerate().filter(differs);
-        let told: Vec<String> = told
-            .map(|(_, (word, value))| format!("{word} {value}"))
-            .collect();
+        let told = (0..own.len()).filter(differs);
+        let told: Vec<String> = told.map(|i| format!("{} {}", own[i].0, own[i].1)).collect();
         match image.instance {
             Some(instance) if told.is_empty() && beside.len() > 1 => {
                 format!("its first instance is {instance}")
@@ -263,7 +262,7 @@ fn told_apart(images: &[Image], groups: &[Group]) -> Vec<String> {
             _ => told.join(", "),
         }
     };
-    groups.iter().map(told).collect()
+    firsts.iter().map(told).collect()
 }
 
 /// A refusal of a volume with gaps: slices may be missing because their files are damaged.

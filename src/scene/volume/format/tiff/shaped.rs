@@ -15,10 +15,16 @@ struct Shaped {
     truncated: bool,
 }
 
+impl Shaped {
+    fn of(description: &str) -> Option<Shaped> {
+        serde_json::from_str(description).ok()
+    }
+}
+
 /// The number of pages that lie behind the first one's directory; 1 if the description does not say.
 pub fn images(description: &str, layout: &Layout) -> u64 {
-    let shaped = serde_json::from_str(description).ok();
-    let Some(Shaped { shape, .. }) = shaped.filter(|shaped: &Shaped| shaped.truncated) else {
+    let truncated = Shaped::of(description).filter(|shaped| shaped.truncated);
+    let Some(Shaped { shape, .. }) = truncated else {
         return 1;
     };
     let mut values: u64 = shape.into_iter().fold(1, u64::saturating_mul);
@@ -31,10 +37,8 @@ pub fn images(description: &str, layout: &Layout) -> u64 {
 /// The axes along which the pages lie; all of them are slices where the description does not fit them.
 pub fn meaning(description: &str, pages: usize, samples: u32) -> Meaning {
     let mut meaning = Meaning::stack(pages, samples);
-    let Some(outer) = serde_json::from_str(description)
-        .ok()
-        .and_then(|shaped| outer(&shaped, pages))
-    else {
+    let shaped = Shaped::of(description);
+    let Some(outer) = shaped.and_then(|shaped| outer(&shaped, pages)) else {
         return meaning;
     };
     let Some(Axes { axes, guessed }) = axes(&outer) else {
