@@ -18,7 +18,7 @@ use std::time::Duration;
 
 use clap::{ArgAction, Args, Parser, Subcommand};
 
-use crate::engine::{HostOptions, Limit, SampleRange, Stop};
+use crate::engine::{HostOptions, Limit, SampleRange, Samples, Stop};
 use crate::output::stem;
 use crate::scene::preset::Preset;
 use crate::scene::{Edit, Variant};
@@ -245,8 +245,10 @@ impl RenderArgs {
     /// `published` does not know its error: a render that was to stop by it alone takes the default time.
     pub fn stop(&self, variant: Variant) -> Stop {
         let given = Stop {
-            spp: self.spp,
-            samples: self.samples,
+            samples: self
+                .samples
+                .map(Samples::Shard)
+                .or(self.spp.map(Samples::Count)),
             time: self.time,
             relative_error: self.error.filter(|_| variant != Variant::Published),
         };

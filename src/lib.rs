@@ -7,6 +7,7 @@
 //! use isolume::scene::volume::{Volume, Voxels};
 //! use isolume::scene::{SceneFile, resolve};
 //! use isolume::{Engine, Host, HostOptions, Result, Stop};
+//! use std::num::NonZeroU32;
 //!
 //! fn main() -> Result<()> {
 //!     let ball = |i: usize| 8.0 - [i % 16, i / 16 % 16, i / 256].map(|n| n as f32 - 7.5).iter().map(|x| x * x).sum::<f32>().sqrt();
@@ -17,7 +18,7 @@
 //!     let host = Host::open(&HostOptions::default())?;
 //!     println!("{} bytes", host.plan(&volume, &scene)?.plan.bytes());
 //!     let mut engine = Engine::new(&host, &volume, &scene, 0)?;
-//!     engine.render(Stop { spp: 16.try_into().ok(), ..Stop::default() })?;
+//!     engine.render(Stop::at_samples(NonZeroU32::new(16).unwrap()))?;
 //!     let picture = engine.picture()?;
 //!     assert_eq!(picture.rgb.len(), 64 * 64);
 //!     Ok(())
@@ -48,8 +49,6 @@ pub mod fence;
 #[allow(unsafe_code)]
 #[deny(clippy::undocumented_unsafe_blocks)]
 pub mod gpu;
-#[cfg(feature = "cli")]
-pub mod info;
 #[cfg(feature = "cli")]
 pub mod interrupt;
 #[cfg(feature = "cli")]

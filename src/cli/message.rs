@@ -33,7 +33,7 @@ pub fn message(error: &Error) -> String {
 pub fn why_stopped(reason: &StopReason) -> String {
     match reason {
         StopReason::Spp(count) => format!("--spp {count} is reached"),
-        StopReason::Samples(range) => format!("--samples {range} are done"),
+        StopReason::Shard(range) => format!("--samples {range} are done"),
         other => other.to_string(),
     }
 }

@@ -4,6 +4,7 @@
 //! The first two are like what an NVIDIA H100 once got wrong: it rounded positions between voxels, and its compiler made code by
 //! which some rays missed surfaces.
 
+use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -44,7 +45,7 @@ const CONCLUSIVE: f64 = 0.02;
 /// Voxels by which the depth of a surface may be off.
 const DEPTH_TOLERANCE: f64 = 1e-3;
 /// Samples a pixel, and how long one scene may take for them.
-const SAMPLES: u32 = 1024;
+const SAMPLES: NonZeroU32 = NonZeroU32::new(1024).unwrap();
 const TIME: Duration = Duration::from_millis(1500);
 
 /// Renders a scene and compares what is known of it, under the check's name.
@@ -154,9 +155,8 @@ fn render(host: &Host, volume: &Volume, scene: &Scene, seed: u32) -> Result<Pict
     let mut engine = Engine::new(host, volume, scene, seed)?;
     engine.warm_up()?;
     engine.render(Stop {
-        spp: SAMPLES.try_into().ok(),
         time: Some(TIME),
-        ..Stop::default()
+        ..Stop::at_samples(SAMPLES)
     })?;
     engine.picture()
 }
@@ -254,16 +254,13 @@ fn surface(host: &Host, name: &'static str) -> Result<Vec<Measured>> {
         camera = { eye = [0.0, 2.0, 0.0], target = [0.0, 0.0, 0.0], up = [0.0, 0.0, 1.0], orthographic = 0.9 }\n";
     let mut engine = Engine::new(host, &volume, &scene(text, &volume)?, 7)?;
     engine.warm_up()?;
-    let mut picture_of = |samples: u32| {
+    let mut picture_of_64_samples = || {
         engine.begin_picture();
-        engine.render(Stop {
-            spp: samples.try_into().ok(),
-            ..Stop::default()
-        })?;
+        engine.render(Stop::at_samples(const { NonZeroU32::new(64).unwrap() }))?;
         engine.picture()
     };
-    let picture = picture_of(64)?;
-    let again = picture_of(64)?;
+    let picture = picture_of_64_samples()?;
+    let again = picture_of_64_samples()?;
     let exact = 2.5 * VOXELS - 7.8;
     let depths = picture.depth.iter().map(|&depth| f64::from(depth) * VOXELS);
     let worst = depths.max_by(|a, b| (a - exact).abs().total_cmp(&(b - exact).abs()));

@@ -47,7 +47,7 @@ pub use run::{Outcome, Progress, Run};
 pub use sample_range::SampleRange;
 pub use schedule::sixteenth;
 pub use setup::Setup;
-pub use stop::{Sampled, Stop, StopReason, UNITS_TO_TRUST};
+pub use stop::{Sampled, Samples, Stop, StopReason, UNITS_TO_TRUST};
 pub use stopwatch::Stopwatch;
 pub use task::Task;
 pub use trial::{Trial, Tried};

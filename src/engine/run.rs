@@ -129,7 +129,7 @@ impl Engine {
     /// Begins the picture anew with the first sample of a shard, unless it goes on with that shard.
     fn begin_at_first_of(&mut self, stop: &Stop) {
         let totals = self.totals();
-        if let Some(range) = stop.samples
+        if let Some(range) = stop.shard()
             && (totals.samples == 0 || totals.first_sample != range.first)
         {
             self.renderer.begin_at_sample(range.first);

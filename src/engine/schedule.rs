@@ -83,6 +83,7 @@ pub fn units_together(stop: &Stop, so_far: &Sampled) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::super::sample_range::SampleRange;
+    use super::super::stop::Samples;
     use super::super::stop::examples::{sampled, stop};
     use super::*;
 
@@ -117,7 +118,7 @@ mod tests {
     fn shards_have_the_units_of_a_single_run() {
         let units = |first: u32, end: u32| {
             let stop = Stop {
-                samples: Some(SampleRange { first, end }),
+                samples: Some(Samples::Shard(SampleRange { first, end })),
                 ..Stop::default()
             };
             let mut now = Sampled {

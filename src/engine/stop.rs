@@ -10,14 +10,21 @@ use crate::render::Halves;
 /// When to stop: at whichever of these comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Stop {
-    /// Samples per pixel.
-    pub spp: Option<NonZeroU32>,
-    /// Exactly these samples of every pixel: a shard of a picture.
-    pub samples: Option<SampleRange>,
+    /// Samples of every pixel.
+    pub samples: Option<Samples>,
     /// Time spent on rendering.
     pub time: Option<Duration>,
     /// rms(standard error) / mean(RGB) of the picture.
     pub relative_error: Option<f64>,
+}
+
+/// Samples of every pixel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Samples {
+    /// So many of them, from the first on.
+    Count(NonZeroU32),
+    /// Exactly these: a shard of a picture.
+    Shard(SampleRange),
 }
 
 impl Stop {
@@ -32,20 +39,30 @@ impl Stop {
     /// By a number of samples alone.
     pub fn at_samples(spp: NonZeroU32) -> Stop {
         Stop {
-            spp: Some(spp),
+            samples: Some(Samples::Count(spp)),
             ..Stop::default()
         }
     }
 
     /// Samples per pixel, if they are counted.
     pub fn count(&self) -> Option<u32> {
-        let range = self.samples.map(|range| range.count());
-        range.or(self.spp.map(NonZeroU32::get))
+        self.samples.map(|samples| match samples {
+            Samples::Count(spp) => spp.get(),
+            Samples::Shard(range) => range.count(),
+        })
+    }
+
+    /// The shard of a picture that is asked for; `None`: samples from the first on.
+    pub fn shard(&self) -> Option<SampleRange> {
+        match self.samples {
+            Some(Samples::Shard(range)) => Some(range),
+            Some(Samples::Count(_)) | None => None,
+        }
     }
 
     /// Index of the first sample in the whole picture.
     pub fn first_sample(&self) -> u32 {
-        self.samples.map_or(0, |range| range.first)
+        self.shard().map_or(0, |range| range.first)
     }
 
     /// Whether samples are counted. What is rendered does not depend on the time then: the same command gives the same bits.
@@ -73,8 +90,8 @@ impl Stop {
         if let Some(goal) = self.count()
             && so_far.samples >= goal
         {
-            let of_range = self.samples.map(StopReason::Samples);
-            return Some(of_range.unwrap_or(StopReason::Spp(goal)));
+            let of_shard = self.shard().map(StopReason::Shard);
+            return Some(of_shard.unwrap_or(StopReason::Spp(goal)));
         }
         if let Some(goal) = self.relative_error
             && self.may_end_by_error(so_far.units)
@@ -143,7 +160,8 @@ pub const UNITS_TO_TRUST: u32 = Halves::LEAST;
 pub enum StopReason {
     /// As many samples per pixel as were asked for.
     Spp(u32),
-    Samples(SampleRange),
+    /// All samples of the shard.
+    Shard(SampleRange),
     /// No picture has more samples.
     MostSamples,
     /// The relative error is below this.
@@ -157,7 +175,7 @@ impl std::fmt::Display for StopReason {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             StopReason::Spp(count) => write!(f, "it has {count} samples per pixel"),
-            StopReason::Samples(range) => write!(f, "samples {range} are done"),
+            StopReason::Shard(range) => write!(f, "samples {range} are done"),
             StopReason::MostSamples => {
                 let most = SampleRange::MOST;
                 write!(f, "a picture has {most} samples per pixel at most")
@@ -186,8 +204,7 @@ pub(super) mod examples {
 
     pub fn stop(spp: Option<u32>, seconds: Option<u64>, relative_error: Option<f64>) -> Stop {
         Stop {
-            spp: spp.and_then(NonZeroU32::new),
-            samples: None,
+            samples: spp.and_then(NonZeroU32::new).map(Samples::Count),
             time: seconds.map(Duration::from_secs),
             relative_error,
         }

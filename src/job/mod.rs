@@ -3,6 +3,7 @@
 mod bench;
 mod checkpoint;
 mod clock;
+mod info;
 mod merge;
 mod plan;
 mod preparation;
@@ -14,13 +15,12 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use crate::bytes::human;
-use crate::cli::{CleanArgs, CompareArgs, DoctorArgs, InfoArgs, SceneArgs, wants_validation};
+use crate::cli::{CleanArgs, CompareArgs, DoctorArgs, SceneArgs, wants_validation};
 use crate::compare;
 use crate::doctor;
 use crate::engine::{Progress, Run, Stop};
 use crate::error::{DEVICE_STATUS, DeviceError, Error, Result};
 use crate::gpu::list_devices;
-use crate::info;
 use crate::interrupt::{INTERRUPTED, is_interrupted};
 use crate::output::{say, to_json};
 use crate::scene::Opened;
@@ -29,6 +29,7 @@ use crate::scene::{describe, open};
 use clock::Clock;
 
 pub use bench::bench;
+pub use info::info;
 pub use merge::merge;
 pub use plan::plan;
 pub use render::render;
@@ -114,18 +115,6 @@ pub fn doctor(args: &DoctorArgs) -> Result<u8> {
         Ok(0)
     } else {
         Ok(DEVICE_STATUS)
-    }
-}
-
-/// `isolume info`.
-pub fn info(args: &InfoArgs) -> Result<u8> {
-    match &args.volume {
-        Some(path) => {
-            let described = info::volume(path, &args.set, args.json)?;
-            print(&described.text)?;
-            described.fault.map_or(Ok(0), Err)
-        }
-        None => print(&info::devices(args.json)?),
     }
 }
 

@@ -29,7 +29,7 @@ fn flags_become_values() {
         [PathBuf::from("a.exr"), PathBuf::from("b.PNG")]
     );
     let stop = args.stop(Variant::Auto);
-    assert_eq!(stop.spp.map(|n| n.get()), Some(8));
+    assert_eq!(stop.count(), Some(8));
     assert_eq!(stop.time, Some(Duration::from_millis(1500)));
     assert_eq!(stop.relative_error, Some(0.01));
     let HostOptions { device, .. } = args.gpu.host_options();
@@ -49,7 +49,7 @@ fn defaults_without_flags() {
     );
     let stop = args.stop(Variant::Auto);
     assert_eq!(
-        (stop.spp, stop.time, stop.relative_error),
+        (stop.samples, stop.time, stop.relative_error),
         (None, Some(Duration::from_secs(60)), Some(0.02))
     );
     let only_samples = render("--spp 3").unwrap().stop(Variant::Auto);

@@ -6,7 +6,7 @@
 use std::num::NonZeroU32;
 use std::path::Path;
 
-use isolume::engine::{Changed, Engine, Picture, SampleRange, Stop};
+use isolume::engine::{Changed, Engine, Picture, SampleRange, Samples, Stop};
 use isolume::scene::volume::Volume;
 use isolume::scene::{Edit, Scene, SceneFile, describe, resolve};
 use toml::{Table, Value};
@@ -283,9 +283,8 @@ fn a_shard_has_the_samples_that_were_asked_for() {
     let scene = scene(GLOSSY, folder.path(), &[], &volume);
     let shard = |first, end| {
         let mut engine = Engine::new(&host, &volume, &scene, 1).expect("an engine");
-        let samples = Some(SampleRange { first, end });
         let stop = Stop {
-            samples,
+            samples: Some(Samples::Shard(SampleRange { first, end })),
             ..Stop::default()
         };
         engine.render(stop).expect("a picture");

@@ -14,10 +14,9 @@ use crate::interrupt::is_interrupted;
 use crate::output::Provenance;
 use crate::output::progress::ProgressLine;
 
-/// A picture at one of the given times.
+/// A picture at some time, and its figures.
 pub struct Snapshot {
-    pub asked: Duration,
-    pub is_late: bool,
+    pub point: Point,
     pub image: LinearImage,
 }
 
@@ -40,10 +39,7 @@ pub(super) struct EntrantRun<'a> {
 }
 
 impl EntrantRun<'_> {
-    pub(super) fn take_snapshots(
-        &mut self,
-        bench: &mut Bench<'_>,
-    ) -> Result<Vec<(Point, Snapshot)>> {
+    pub(super) fn take_snapshots(&mut self, bench: &mut Bench<'_>) -> Result<Vec<Snapshot>> {
         let longest = bench.longest();
         let mut progress = ProgressLine::new(bench.args.quiet, Stop::after(longest));
         let mut snapshots = Vec::new();
@@ -92,7 +88,7 @@ impl EntrantRun<'_> {
         picture: &Picture,
         asked: Duration,
         file: Option<String>,
-    ) -> Result<(Point, Snapshot)> {
+    ) -> Result<Snapshot> {
         let image = LinearImage::from_picture(&self.prefix, picture);
         let error = compare_images(&self.references.picture.image, &image, bench.exposure)?;
         if let Some(name) = &file {
@@ -113,15 +109,7 @@ impl EntrantRun<'_> {
             within_reference_noise: noise.is_some_and(|noise| error.mse <= 2.0 * noise.mse),
             error,
         };
-        let is_late = point.is_late();
-        Ok((
-            point,
-            Snapshot {
-                asked,
-                is_late,
-                image,
-            },
-        ))
+        Ok(Snapshot { point, image })
     }
 
     pub(super) fn cache(&self) -> Option<CacheStats> {

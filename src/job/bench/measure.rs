@@ -13,7 +13,7 @@ use crate::engine::Stopwatch;
 use crate::engine::figures;
 use crate::error::Result;
 
-/// The run's figures and its pictures.
+/// The run's figures and its pictures at the given times.
 pub fn measure(
     bench: &mut Bench<'_>,
     subject: &Subject,
@@ -40,7 +40,7 @@ pub fn measure(
         isovalue,
     } = run.warm(bench)?;
     let edit = edits::measure(&mut run.engine)?;
-    let (points, snapshots): (Vec<Point>, Vec<Snapshot>) = snapshots.into_iter().unzip();
+    let points: Vec<Point> = snapshots.iter().map(|s| s.point.clone()).collect();
     Ok((
         RunReport {
             variant: entrant.word.clone(),
@@ -83,12 +83,14 @@ pub fn similarity(
     snapshots: &[Snapshot],
 ) -> Result<Similarity> {
     let mut points = Vec::new();
-    for snapshot in snapshots.iter().filter(|snapshot| !snapshot.is_late) {
-        let same_time = |other: &&Snapshot| other.asked == snapshot.asked && !other.is_late;
+    for snapshot in snapshots.iter().filter(|s| !s.point.is_late()) {
+        let asked_s = snapshot.point.asked_s;
+        let same_time =
+            |other: &&Snapshot| other.point.asked_s == asked_s && !other.point.is_late();
         if let Some(other) = uncached.iter().find(same_time) {
             let alike = compare_images(&other.image, &snapshot.image, bench.exposure)?;
             points.push(SimilarityPoint {
-                asked_s: snapshot.asked.as_secs_f64(),
+                asked_s,
                 psnr: alike.psnr,
                 ssim: alike.ssim,
             });

@@ -4,10 +4,10 @@
 use std::time::Duration;
 
 use super::apart::bias_apart;
-use super::entrant_run::{EntrantRun, Snapshot};
+use super::entrant_run::EntrantRun;
 use super::report::{BiasApart, IsovalueEdit, Orbit, Point, seconds_to};
 use super::{Bench, patient_run};
-use crate::compare::{Comparison, compare_images};
+use crate::compare::{Comparison, LinearImage, compare_images};
 use crate::engine::figures::quantile;
 use crate::engine::{Engine, Refinement, Stop, Stopwatch};
 use crate::error::{Error, Result};
@@ -107,12 +107,12 @@ impl EntrantRun<'_> {
         };
         let centres = self.references.centres;
         let same_rays =
-            centres.map(|centres| compare_images(&centres.image, &marched.image, bench.exposure));
+            centres.map(|centres| compare_images(&centres.image, &marched, bench.exposure));
         let seen = centres.and_then(|centres| Some((&centres.image, centres.seen.as_deref()?)));
         Ok(NewView {
             points,
             same_rays: same_rays.transpose()?,
-            bias_apart: seen.map(|(image, seen)| bias_apart(image, seen, &marched.image)),
+            bias_apart: seen.map(|(image, seen)| bias_apart(image, seen, &marched)),
         })
     }
 
@@ -136,12 +136,12 @@ impl EntrantRun<'_> {
     }
 
     /// Returns from an edited scene to the scene itself: first the march that is shown at once, then, as in the window,
-    /// more rays of it and what samples make of them. `None` without a cache.
+    /// more rays of it and what samples make of them. Returns that march, and the figures of all. `None` without a cache.
     fn come_back(
         &mut self,
         bench: &mut Bench<'_>,
         file: Option<String>,
-    ) -> Result<Option<(Snapshot, Vec<Point>)>> {
+    ) -> Result<Option<(LinearImage, Vec<Point>)>> {
         let most = bench.longest().mul_f64(WARM_SHARE);
         bench.wake();
         self.watch = Stopwatch::started();
@@ -150,8 +150,8 @@ impl EntrantRun<'_> {
         let Some(mut picture) = self.engine.march()? else {
             return Ok(None);
         };
-        let (first, snapshot) = self.snapshot(bench, &picture, Duration::ZERO, file)?;
-        let mut points = vec![first];
+        let marched = self.snapshot(bench, &picture, Duration::ZERO, file)?;
+        let mut points = vec![marched.point];
         let mut refinement = None;
         for asked in bench.seconds.clone() {
             if asked > most && points.len() > 1 {
@@ -171,9 +171,9 @@ impl EntrantRun<'_> {
             if is_interrupted() {
                 break;
             }
-            points.push(self.snapshot(bench, &picture, asked, None)?.0);
+            points.push(self.snapshot(bench, &picture, asked, None)?.point);
         }
-        Ok(Some((snapshot, points)))
+        Ok(Some((marched.image, points)))
     }
 
     /// Marches more rays of each pixel, and then takes samples, until so much time is over. Returns the picture.

@@ -22,10 +22,7 @@ fn sampled(samples: u32, seconds: f64, relative_error: f64) -> Sampled {
 
 #[test]
 fn the_goal_that_comes_first_decides_what_remains() {
-    let spp = Stop {
-        spp: NonZeroU32::new(100),
-        ..Stop::default()
-    };
+    let spp = Stop::at_samples(NonZeroU32::new(100).unwrap());
     assert_eq!(spp.seconds_left(&sampled(25, 10.0, f64::NAN)), Some(30.0));
     let after_filling = Sampled {
         took: Duration::from_secs(60 + 10),

@@ -5,7 +5,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::print;
 use crate::bytes::human;
+use crate::cli::InfoArgs;
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceSummary, list_devices};
 use crate::output::to_json;
@@ -15,10 +17,21 @@ use crate::scene::{Edit, bare_volume};
 /// Bars of the histogram.
 const BINS: usize = 16;
 
+pub fn info(args: &InfoArgs) -> Result<u8> {
+    match &args.volume {
+        Some(path) => {
+            let described = volume(path, &args.set, args.json)?;
+            print(&described.text)?;
+            described.fault.map_or(Ok(0), Err)
+        }
+        None => print(&devices(args.json)?),
+    }
+}
+
 /// What was found out about a volume, and the error if that is not all.
-pub struct Description {
-    pub text: String,
-    pub fault: Option<Error>,
+struct Description {
+    text: String,
+    fault: Option<Error>,
 }
 
 #[derive(Serialize)]
@@ -59,7 +72,7 @@ struct Bin {
 
 /// Describes the volume that `edits` pick, as text or JSON. If it cannot be loaded, the other volumes of its folder are listed
 /// all the same.
-pub fn volume(path: &Path, edits: &[Edit], json: bool) -> Result<Description> {
+fn volume(path: &Path, edits: &[Edit], json: bool) -> Result<Description> {
     let bare = bare_volume(path, edits)?;
     let overrides = bare.volume_overrides()?;
     let series = Volume::series(path)?;
@@ -161,7 +174,7 @@ impl VolumeInfo {
 }
 
 /// Every device and its limits.
-pub fn devices(json: bool) -> Result<String> {
+fn devices(json: bool) -> Result<String> {
     let devices = list_devices()?;
     if json {
         to_json(&devices)
