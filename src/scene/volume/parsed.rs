@@ -42,3 +42,15 @@ impl<T: Into<String>> From<T> for Fault {
         }
     }
 }
+
+/// "`sizes` is `4 5`, expected …"
+pub fn unexpected(key: &str, value: &str, expected: &str) -> String {
+    const SHOWN: usize = 80;
+    let shown: String = value.chars().take(SHOWN).collect();
+    let more = if value.chars().count() > SHOWN {
+        "…"
+    } else {
+        ""
+    };
+    format!("`{key}` is `{shown}{more}`, expected {expected}")
+}

@@ -1,53 +1,33 @@
-//! The kinds of folders, how each is recognised by its content, and what can be opened in a folder of none.
+//! The format of a folder by its content, and what can be opened in a folder of none.
 
 use std::fs::DirEntry;
 use std::path::{Path, PathBuf};
 
-use super::{DICOM, Read, dicom, named, tiff, zarr};
+use super::{DICOM, FORMATS, Format, dicom, named, tiff};
 use crate::error::first_of;
 use crate::scene::volume::parsed::Parsed;
-
-/// How a folder of a format is recognised.
-type IsFolder = fn(&Path) -> bool;
-
-/// The kinds of folders. The first one that recognises a folder reads it; any other is DICOM's, whose files may lie in
-/// folders within folders.
-const FOLDERS: [(&str, IsFolder, Read); 2] = [
-    (
-        "OME-Zarr",
-        zarr::is_folder,
-        Read::Leveled(zarr::read_folder),
-    ),
-    ("TIFF pages", has_pages, Read::Leveled(tiff::read_folder)),
-];
 
 /// The most names in one message.
 const MOST_NAMED: usize = 3;
 /// Endings of pictures, which are not read.
 const PICTURES: [&str; 4] = [".png", ".jpg", ".jpeg", ".bmp"];
 
-/// The kinds of folders by name.
-pub fn formats() -> impl Iterator<Item = (&'static str, &'static Read)> {
-    FOLDERS.iter().map(|(name, _, read)| (*name, read))
-}
-
-/// The format of a folder.
-pub fn format_of(path: &Path) -> Parsed<(&'static str, &'static Read)> {
-    let format = FOLDERS.iter().find(|(_, is_of, _)| is_of(path));
-    if let Some((name, _, read)) = format {
-        return Ok((name, read));
+/// The format of a folder: DICOM's, unless another recognises it.
+pub(super) fn format_of(path: &Path) -> Parsed<&'static Format> {
+    if let Some(format) = FORMATS.iter().find(|format| format.is_of_folder(path)) {
+        return Ok(format);
     }
     match openable(path) {
         Some(others) if !dicom::holds_dicom(path) => {
             Err(format!("holds no DICOM image, but {others}"))
         }
-        _ => Ok((DICOM.0, &DICOM.1)),
+        _ => Ok(&DICOM),
     }
 }
 
 /// Whether a folder holds TIFF pages, and none of its other files is DICOM: a picture may lie beside a scan's slices, or
 /// beside folders of them.
-fn has_pages(folder: &Path) -> bool {
+pub fn has_pages(folder: &Path) -> bool {
     let paths = entries(folder).map(|entry| entry.path());
     let (pages, others): (Vec<PathBuf>, Vec<PathBuf>) = paths.partition(|path| tiff::is_page(path));
     match pages.len() {
@@ -70,9 +50,8 @@ fn openable(folder: &Path) -> Option<String> {
     names.retain(|name| !name.starts_with('.'));
     names.sort();
     let is_openable = |name: &&String| match folder.join(name) {
-        path if path.is_dir() => FOLDERS.iter().any(|(_, is_of, _)| is_of(&path)),
-        _ => named(&name.to_lowercase())
-            .is_some_and(|(_, _, read)| !matches!(read, Read::Listed(..))),
+        path if path.is_dir() => FORMATS.iter().any(|format| format.is_of_folder(&path)),
+        _ => named(&name.to_lowercase()).is_some_and(|format| format.listing.is_none()),
     };
     let volumes: Vec<&String> = names.iter().filter(is_openable).collect();
     if let [first, ..] = volumes[..] {

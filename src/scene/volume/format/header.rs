@@ -6,14 +6,12 @@
 //! Headers of medical files carry names and birthdays. Nothing but the fields below leaves a parser, and messages
 //! quote only values of fields that are needed.
 
-use std::collections::HashMap;
 use std::io::Read;
-use std::path::{Path, PathBuf};
-use std::str::FromStr;
+use std::path::Path;
 
 use crate::regular_file::open_file;
 use crate::scene::volume::orientation::Orientation;
-use crate::scene::volume::parsed::{Fault, Keyed, Parsed};
+use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::quantity::Quantity;
 use crate::scene::volume::source::Source;
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
@@ -122,120 +120,4 @@ pub fn first_bytes(path: &Path, limit: u64) -> Parsed<Vec<u8>> {
         .read_to_end(&mut bytes)
         .map_err(|e| e.to_string())?;
     Ok(bytes)
-}
-
-/// The most bytes of a header of text lines.
-pub const TEXT_LIMIT: u64 = 1 << 20;
-
-/// The lines of a text header, each with the offset of the byte after it.
-pub fn lines(bytes: &[u8]) -> impl Iterator<Item = (String, usize)> {
-    let mut end = 0;
-    bytes
-        .split_inclusive(|byte| *byte == b'\n')
-        .map(move |line| {
-            end += line.len();
-            (String::from_utf8_lossy(line).trim().to_string(), end)
-        })
-}
-
-/// The `key: value` lines of a text header.
-#[derive(Debug, Default)]
-pub struct Fields(HashMap<String, String>);
-
-impl Fields {
-    /// Keys are compared without regard to case and spaces ("data file" is "datafile").
-    pub fn insert(&mut self, key: &str, value: &str) {
-        self.0
-            .entry(canonical(key))
-            .or_insert_with(|| value.trim().to_string());
-    }
-
-    pub fn get(&self, key: &str) -> Option<&str> {
-        self.0.get(&canonical(key)).map(String::as_str)
-    }
-
-    pub fn require(&self, key: &str) -> Parsed<&str> {
-        self.get(key)
-            .ok_or_else(|| format!("the header has no `{key}`"))
-    }
-
-    /// One number.
-    pub fn number<T: FromStr>(&self, key: &str, kind: &str) -> Parsed<Option<T>> {
-        let parse = |value: &str| value.parse().map_err(|_| unexpected(key, value, kind));
-        self.get(key).map(parse).transpose()
-    }
-
-    /// Exactly `count` numbers, separated by blanks.
-    pub fn numbers<T: FromStr>(
-        &self,
-        key: &str,
-        count: usize,
-        kind: &str,
-    ) -> Parsed<Option<Vec<T>>> {
-        let Some(value) = self.get(key) else {
-            return Ok(None);
-        };
-        let numbers: Result<Vec<T>, _> = value.split_whitespace().map(T::from_str).collect();
-        let numbers = numbers.ok().filter(|numbers| numbers.len() == count);
-        let wrong = || unexpected(key, value, &format!("{count} {kind}"));
-        numbers.map(Some).ok_or_else(wrong)
-    }
-
-    /// The sizes along `count` axes.
-    pub fn sizes(&self, key: &str, count: usize) -> Parsed<Vec<u32>> {
-        self.require(key)?;
-        let sizes = self.numbers(key, count, "whole numbers from 1 to 4294967295")?;
-        Ok(sizes.unwrap_or_default())
-    }
-}
-
-fn canonical(key: &str) -> String {
-    key.to_ascii_lowercase().replace(' ', "")
-}
-
-/// "`sizes` is `4 5`, expected …"
-pub fn unexpected(key: &str, value: &str, expected: &str) -> String {
-    const SHOWN: usize = 80;
-    let shown: String = value.chars().take(SHOWN).collect();
-    let more = if value.chars().count() > SHOWN {
-        "…"
-    } else {
-        ""
-    };
-    format!("`{key}` is `{shown}{more}`, expected {expected}")
-}
-
-/// Index of the channel, time or level of `count`, which is ≥ 1, that the user wants: the first by default.
-pub fn pick(key: &'static str, wanted: Option<u32>, count: u32) -> Keyed<u32> {
-    let wanted = wanted.unwrap_or(0);
-    match (wanted < count, count) {
-        (true, _) => Ok(wanted),
-        (false, 1) => Err(Fault::of(
-            key,
-            format!("found {wanted}, expected 0: there is only one"),
-        )),
-        (false, _) => Err(Fault::of(
-            key,
-            format!("found {wanted}, expected 0 to {}", count - 1),
-        )),
-    }
-}
-
-/// The path of a data file named in a header, which lies beside the header.
-pub fn beside(header: &Path, name: &str) -> PathBuf {
-    header.parent().unwrap_or(Path::new("")).join(name)
-}
-
-/// Whether a header names several data files: by a list that follows, or by a pattern and the numbers to put into it, as in
-/// "slice%03d.raw 1 9 1". A file that has this name, per cent signs and all, is meant as one file.
-pub fn names_several_files(header: &Path, name: &str) -> bool {
-    let mut words = name.split_whitespace();
-    let first = words.next().unwrap_or_default();
-    let numbers = words.rev().take_while(|word| word.parse::<i64>().is_ok());
-    let is_conversion = |text: &str| {
-        let letter = text.trim_start_matches(|c: char| c.is_ascii_digit());
-        letter.starts_with(['d', 'i', 'u'])
-    };
-    let is_pattern = name.split('%').skip(1).any(is_conversion) && numbers.count() >= 3;
-    (first == "LIST" || is_pattern) && !beside(header, name).is_file()
 }

@@ -2,14 +2,13 @@
 
 use std::path::Path;
 
-use super::header::{
-    About, Fields, Header, TEXT_LIMIT, beside, first_bytes, lines, names_several_files, unexpected,
-};
+use super::header::{About, Header, first_bytes};
 use super::several::{Key, Several};
+use super::text::{Fields, TEXT_LIMIT, beside, lines, names_several_files};
 use crate::regular_file::open_file;
 use crate::scene::volume::orientation::{Axes, Coordinates, Orientation};
 use crate::scene::volume::overrides::VolumeOverrides;
-use crate::scene::volume::parsed::{Keyed, Parsed};
+use crate::scene::volume::parsed::{Keyed, Parsed, unexpected};
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
 use crate::scene::volume::source::watched::read_at;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};

@@ -1,7 +1,6 @@
 //! The file formats, and how each is recognised by a file's name or a folder's content.
 //!
-//! A format is one module, which makes a [`Header`] of a file, and one line in [`FORMATS`] or in those of
-//! [`folder`]. Voxels that do not lie in one file, plain or deflated, come with a
+//! A format is one module, which makes a [`Header`] of a file or a folder, and one entry of [`FORMATS`]. Voxels that do not lie in one file, plain or deflated, come with a
 //! [`Source`](super::source::Source) of their own.
 
 mod dicom;
@@ -13,6 +12,7 @@ mod npy;
 mod nrrd;
 mod raw;
 mod several;
+mod text;
 mod tiff;
 mod vdb;
 mod zarr;
@@ -24,59 +24,134 @@ use super::parsed::{Fault, Keyed, Parsed};
 use super::series::{Preview, Series};
 use header::Header;
 
-enum Read {
-    /// The file describes its voxels.
-    Described(fn(&Path) -> Parsed<Header>),
-    /// The file may hold several channels and times, of which the user picks one.
-    Several(fn(&Path, &VolumeOverrides) -> Keyed<Header>),
-    /// It may also hold several resolutions.
-    Leveled(fn(&Path, &VolumeOverrides) -> Keyed<Header>),
-    /// The file may hold several volumes; the second function lists them, and the third does so with pictures.
-    Listed(
-        fn(&Path, &VolumeOverrides) -> Keyed<Header>,
-        fn(&Path) -> Parsed<Vec<Series>>,
-        fn(&Path) -> Parsed<Vec<Preview>>,
-    ),
-    /// The user describes the voxels, which the file does not.
-    Undescribed(fn(&Path, &VolumeOverrides) -> Keyed<Header>),
+/// A format of files or of folders.
+struct Format {
+    name: &'static str,
+    recognised: Recognised,
+    /// The keys of the user that it uses, and not all others do.
+    keys: &'static [&'static str],
+    read: fn(&Path, &VolumeOverrides) -> Keyed<Header>,
+    /// How volumes are listed where a file or a folder may hold several.
+    listing: Option<Listing>,
 }
 
-use Read::*;
+enum Recognised {
+    /// Files whose names end so, in lower case.
+    ByName(&'static [&'static str]),
+    /// Folders, by what they hold. The first such format in the table reads a folder.
+    ByContent(fn(&Path) -> bool),
+}
+
+struct Listing {
+    series: fn(&Path) -> Parsed<Vec<Series>>,
+    /// The volumes with pictures, if there are several to choose from.
+    previews: fn(&Path) -> Parsed<Vec<Preview>>,
+}
+
+use Recognised::*;
 
 /// The keys that describe voxels where no header does.
-const DESCRIBING_KEYS: [&str; 3] = ["dims", "type", "endian"];
+const DESCRIBING: &[&str] = &["dims", "type", "endian"];
+/// The keys that pick one of a file's volumes of equal size.
+const SEVERAL: &[&str] = &["channel", "time"];
+/// The keys that pick one of its resolutions as well.
+const LEVELED: &[&str] = &["channel", "time", "level"];
 
-impl Read {
-    /// The keys of the user that formats of this kind use, and not all others do.
-    fn keys(&self) -> &'static [&'static str] {
-        match self {
-            Described(_) => &[],
-            Several(_) => &["channel", "time"],
-            Leveled(_) => &["channel", "time", "level"],
-            Listed(..) => &["series", "fill_gaps"],
-            Undescribed(_) => &DESCRIBING_KEYS,
+/// Files of this format may have any name, and lie in folders within a folder.
+const DICOM: Format = Format {
+    name: "DICOM",
+    recognised: ByName(&[".dcm", ".dicom", ".ima", "dicomdir"]),
+    keys: &["series", "fill_gaps"],
+    read: dicom::read,
+    listing: Some(Listing {
+        series: dicom::series,
+        previews: dicom::previews,
+    }),
+};
+
+const FORMATS: [Format; 10] = [
+    Format {
+        name: "NRRD",
+        recognised: ByName(&[".nrrd", ".nhdr"]),
+        keys: SEVERAL,
+        read: nrrd::read,
+        listing: None,
+    },
+    Format {
+        name: "MetaImage",
+        recognised: ByName(&[".mha", ".mhd"]),
+        keys: SEVERAL,
+        read: metaimage::read,
+        listing: None,
+    },
+    Format {
+        name: "NIfTI",
+        recognised: ByName(&[".nii", ".nii.gz"]),
+        keys: SEVERAL,
+        read: nifti::read,
+        listing: None,
+    },
+    Format {
+        name: "NumPy",
+        recognised: ByName(&[".npy"]),
+        keys: &[],
+        read: |path, _| Ok(npy::read(path)?),
+        listing: None,
+    },
+    Format {
+        name: "TIFF",
+        recognised: ByName(&[".tif", ".tiff", ".btf", ".tf2", ".tf8"]),
+        keys: LEVELED,
+        read: tiff::read,
+        listing: None,
+    },
+    Format {
+        name: "raw",
+        recognised: ByName(&[".raw"]),
+        keys: DESCRIBING,
+        read: raw::read,
+        listing: None,
+    },
+    Format {
+        name: "OpenVDB",
+        recognised: ByName(&[".vdb"]),
+        keys: SEVERAL,
+        read: vdb::read,
+        listing: None,
+    },
+    Format {
+        name: "OME-Zarr",
+        recognised: ByContent(zarr::is_folder),
+        keys: LEVELED,
+        read: zarr::read_folder,
+        listing: None,
+    },
+    Format {
+        name: "TIFF pages",
+        recognised: ByContent(folder::has_pages),
+        keys: LEVELED,
+        read: tiff::read_folder,
+        listing: None,
+    },
+    DICOM,
+];
+
+impl Format {
+    /// The endings of its files' names; none if it is one of folders.
+    fn endings(&self) -> &'static [&'static str] {
+        match self.recognised {
+            ByName(endings) => endings,
+            ByContent(_) => &[],
+        }
+    }
+
+    fn is_of_folder(&self, path: &Path) -> bool {
+        match self.recognised {
+            ByName(_) => false,
+            ByContent(is_of) => is_of(path),
         }
     }
 }
-
-/// Files of this format may have any name.
-const DICOM: (&str, Read) = ("DICOM", Listed(dicom::read, dicom::series, dicom::previews));
-
-/// Each format with the endings of its files' names, in lower case.
-const FORMATS: [(&str, &[&str], Read); 8] = [
-    ("NRRD", &[".nrrd", ".nhdr"], Several(nrrd::read)),
-    ("MetaImage", &[".mha", ".mhd"], Several(metaimage::read)),
-    ("NIfTI", &[".nii", ".nii.gz"], Several(nifti::read)),
-    ("NumPy", &[".npy"], Described(npy::read)),
-    (
-        "TIFF",
-        &[".tif", ".tiff", ".btf", ".tf2", ".tf8"],
-        Leveled(tiff::read),
-    ),
-    ("raw", &[".raw"], Undescribed(raw::read)),
-    ("OpenVDB", &[".vdb"], Several(vdb::read)),
-    (DICOM.0, &[".dcm", ".dicom", ".ima", "dicomdir"], DICOM.1),
-];
 
 pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     if path.to_string_lossy().contains("://") {
@@ -86,35 +161,30 @@ pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
                 .into(),
         );
     }
-    let (name, read) = format_of(path)?;
-    check_keys(read, overrides)?;
-    let mut header = match read {
-        Described(read) => read(path)?,
-        Several(read) | Leveled(read) | Listed(read, ..) | Undescribed(read) => {
-            read(path, overrides)?
-        }
-    };
-    header.storage.format = name;
+    let format = format_of(path)?;
+    check_keys(format, overrides)?;
+    let mut header = (format.read)(path, overrides)?;
+    header.storage.format = format.name;
     Ok(header)
 }
 
 /// The volumes in a file or folder whose format may hold several; none for other formats.
 pub(super) fn series(path: &Path) -> Parsed<Vec<Series>> {
-    match format_of(path)?.1 {
-        Listed(_, series, _) => series(path),
-        _ => Ok(Vec::new()),
+    match &format_of(path)?.listing {
+        Some(listing) => (listing.series)(path),
+        None => Ok(Vec::new()),
     }
 }
 
 /// The volumes of a file or folder with pictures, if there are several to choose from.
 pub(super) fn previews(path: &Path) -> Parsed<Vec<Preview>> {
-    match format_of(path)?.1 {
-        Listed(_, _, previews) => previews(path),
-        _ => Ok(Vec::new()),
+    match &format_of(path)?.listing {
+        Some(listing) => (listing.previews)(path),
+        None => Ok(Vec::new()),
     }
 }
 
-fn format_of(path: &Path) -> Parsed<(&'static str, &'static Read)> {
+fn format_of(path: &Path) -> Parsed<&'static Format> {
     if path.is_dir() {
         folder::format_of(path)
     } else {
@@ -123,23 +193,21 @@ fn format_of(path: &Path) -> Parsed<(&'static str, &'static Read)> {
 }
 
 /// The format of a file by its name, in lower case.
-fn named(name: &str) -> Option<&'static (&'static str, &'static [&'static str], Read)> {
-    let is_named = |end: &&str| name.ends_with(*end);
-    FORMATS
-        .iter()
-        .find(|(_, ends, _)| ends.iter().any(is_named))
+fn named(name: &str) -> Option<&'static Format> {
+    let is_named = |format: &&Format| format.endings().iter().any(|end| name.ends_with(end));
+    FORMATS.iter().find(is_named)
 }
 
 /// How files of a pair end.
 const HALVES: [&str; 4] = [".hdr", ".img", ".hdr.gz", ".img.gz"];
 
-fn file(path: &Path) -> Parsed<(&'static str, &'static Read)> {
+fn file(path: &Path) -> Parsed<&'static Format> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let name = name.to_lowercase();
     match named(&name) {
-        Some((name, _, read)) => Ok((name, read)),
+        Some(format) => Ok(format),
         // Many files of DICOM have no extension, or a number in its place.
-        None if dicom::is_dicom(path) => Ok((DICOM.0, &DICOM.1)),
+        None if dicom::is_dicom(path) => Ok(&DICOM),
         None if name.ends_with(".toml") => Err(
             "is a scene, expected a volume: `isolume scene` prints all that a scene says, `isolume plan` what it takes"
                 .into(),
@@ -153,7 +221,7 @@ fn file(path: &Path) -> Parsed<(&'static str, &'static Read)> {
 }
 
 /// Fails for a key of the user that the format does not use.
-fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Keyed<()> {
+fn check_keys(format: &Format, overrides: &VolumeOverrides) -> Keyed<()> {
     for (key, is_given) in [
         ("dims", overrides.dims.is_some()),
         ("type", overrides.voxel_type.is_some()),
@@ -165,9 +233,9 @@ fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Keyed<()> {
         ("series", overrides.series.is_some()),
         ("fill_gaps", overrides.fill_gaps),
     ] {
-        if is_given && !read.keys().contains(&key) {
+        if is_given && !format.keys.contains(&key) {
             let users = users(key);
-            let instead = if key == "time" && read.keys().contains(&"series") {
+            let instead = if key == "time" && format.keys.contains(&"series") {
                 "; in DICOM each time is a volume of its own, which `series` picks"
             } else {
                 ""
@@ -181,16 +249,14 @@ fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Keyed<()> {
 
 /// The formats that use a key, for a message.
 fn users(key: &str) -> String {
-    if DESCRIBING_KEYS.contains(&key) {
+    if DESCRIBING.contains(&key) {
         return ".raw files, this one's own header says it".into();
     }
-    let files = FORMATS.iter().map(|(name, _, read)| (*name, read));
     let mut names: Vec<&str> = Vec::new();
-    for (name, read) in files.chain(folder::formats()) {
+    for format in FORMATS.iter().filter(|format| format.keys.contains(&key)) {
         // A folder of TIFF pages is TIFF, too.
-        let is_named = names.iter().any(|known| name.starts_with(known));
-        if read.keys().contains(&key) && !is_named {
-            names.push(name);
+        if !names.iter().any(|known| format.name.starts_with(known)) {
+            names.push(format.name);
         }
     }
     enumerated(names, "and")
@@ -198,8 +264,8 @@ fn users(key: &str) -> String {
 
 /// The extensions of the formats that are read: ".nrrd, .nhdr or .raw".
 fn readable() -> String {
-    let names = FORMATS.iter().flat_map(|(_, ends, _)| *ends);
-    enumerated(names.copied().collect(), "or")
+    let endings = FORMATS.iter().flat_map(Format::endings);
+    enumerated(endings.copied().collect(), "or")
 }
 
 /// Names as a sentence lists them: "NRRD, TIFF and OpenVDB".

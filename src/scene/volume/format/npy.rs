@@ -5,8 +5,9 @@
 
 use std::path::Path;
 
-use super::header::{Header, TEXT_LIMIT, first_bytes, unexpected};
-use crate::scene::volume::parsed::Parsed;
+use super::header::{Header, first_bytes};
+use super::text::TEXT_LIMIT;
+use crate::scene::volume::parsed::{Parsed, unexpected};
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
 pub fn read(path: &Path) -> Parsed<Header> {

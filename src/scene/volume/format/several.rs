@@ -7,9 +7,8 @@
 use std::iter::repeat;
 use std::path::Path;
 
-use super::header::pick;
 use crate::scene::volume::overrides::VolumeOverrides;
-use crate::scene::volume::parsed::Keyed;
+use crate::scene::volume::parsed::{Fault, Keyed};
 use crate::scene::volume::source::Source;
 use crate::scene::volume::source::file::{Data, Encoding, Part};
 use crate::scene::volume::source::interleaved::Interleaved;
@@ -32,6 +31,22 @@ pub struct Several {
     pub within: Option<(Key, u32)>,
     /// The whole volumes that follow one another, those nearest to each other first.
     pub beyond: Vec<(Key, u32)>,
+}
+
+/// Index of the channel, time or level of `count`, which is ≥ 1, that the user wants: the first by default.
+pub fn pick(key: &'static str, wanted: Option<u32>, count: u32) -> Keyed<u32> {
+    let wanted = wanted.unwrap_or(0);
+    match (wanted < count, count) {
+        (true, _) => Ok(wanted),
+        (false, 1) => Err(Fault::of(
+            key,
+            format!("found {wanted}, expected 0: there is only one"),
+        )),
+        (false, _) => Err(Fault::of(
+            key,
+            format!("found {wanted}, expected 0 to {}", count - 1),
+        )),
+    }
 }
 
 /// The most channels for which names are kept: a few bytes of a file can promise billions.

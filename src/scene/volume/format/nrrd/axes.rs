@@ -6,9 +6,9 @@
 //! then the slowest.
 
 use super::vectors::vectors;
-use crate::scene::volume::format::header::{Fields, unexpected};
 use crate::scene::volume::format::several::{Key, Several};
-use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::format::text::Fields;
+use crate::scene::volume::parsed::{Parsed, unexpected};
 
 /// The axes of a file.
 #[derive(Debug)]

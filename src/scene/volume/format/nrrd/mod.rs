@@ -11,13 +11,12 @@ use axes::FileAxes;
 use units::Units;
 use vectors::vectors;
 
-use super::header::{
-    About, Fields, Header, TEXT_LIMIT, beside, first_bytes, lines, names_several_files, unexpected,
-};
+use super::header::{About, Header, first_bytes};
+use super::text::{Fields, TEXT_LIMIT, beside, lines, names_several_files};
 use crate::regular_file::open_file;
 use crate::scene::volume::orientation::{Axes, Coordinates, Orientation};
 use crate::scene::volume::overrides::VolumeOverrides;
-use crate::scene::volume::parsed::{Keyed, Parsed};
+use crate::scene::volume::parsed::{Keyed, Parsed, unexpected};
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
 use crate::scene::volume::storage::in_one_unit;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};

@@ -1,6 +1,6 @@
 //! The units of a NRRD's lengths: `space units` are those of the coordinates of `space directions`, `units` those of the axes.
 
-use crate::scene::volume::format::header::Fields;
+use crate::scene::volume::format::text::Fields;
 use crate::scene::volume::storage::symbol;
 
 /// A unit for each of the places x, y and z; `None` where it is not stated.

@@ -1,7 +1,6 @@
 //! The vectors of a NRRD's `space directions`.
 
-use crate::scene::volume::format::header::unexpected;
-use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::parsed::{Parsed, unexpected};
 
 /// "none (1,0,0) (0,1,0) (0,0,1)": one for each of `count` axes. Where space has time as a fourth coordinate, places are
 /// those that do not change with it.

@@ -6,8 +6,7 @@
 
 use std::collections::{BTreeMap, HashSet};
 
-use crate::scene::volume::format::header::unexpected;
-use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::parsed::{Parsed, unexpected};
 use crate::scene::volume::source::watched::WatchedFile;
 use crate::scene::volume::voxel_type::Endian;
 

@@ -6,8 +6,8 @@
 use super::meaning::{Axis, Meaning};
 use super::page::Layout;
 use super::voxel_size::VoxelSize;
-use crate::scene::volume::format::header::{check_rescale, unexpected};
-use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::format::header::check_rescale;
+use crate::scene::volume::parsed::{Parsed, unexpected};
 
 pub const START: &str = "ImageJ=";
 

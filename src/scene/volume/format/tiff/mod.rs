@@ -16,6 +16,7 @@ mod meaning;
 mod ome;
 mod page;
 mod pages;
+mod predictor;
 mod shaped;
 mod voxel_size;
 
@@ -29,8 +30,8 @@ use pages::{Pages, named};
 
 pub use folder::{is_page, read_folder};
 
-use super::header::{Header, pick};
-use super::several::channel_names;
+use super::header::Header;
+use super::several::{channel_names, pick};
 use crate::scene::volume::Source;
 use crate::scene::volume::orientation::Orientation;
 use crate::scene::volume::overrides::VolumeOverrides;

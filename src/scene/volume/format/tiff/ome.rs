@@ -9,9 +9,8 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use super::meaning::Meaning;
 use super::voxel_size::VoxelSize;
-use crate::scene::volume::format::header::unexpected;
 use crate::scene::volume::format::several::channel_names;
-use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::parsed::{Parsed, unexpected};
 
 /// Nodes for each page of the file, and for everything that is not about pages.
 const NODES_FOR_PAGE: u32 = 64;

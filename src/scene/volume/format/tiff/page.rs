@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::directory::{Directories, Directory, Tag, within};
-use crate::scene::volume::format::header::unexpected;
-use crate::scene::volume::parsed::Parsed;
+use super::predictor::Predictor;
+use crate::scene::volume::parsed::{Parsed, unexpected};
 use crate::scene::volume::source::codec::Codec;
 use crate::scene::volume::source::watched::WatchedFile;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
@@ -34,15 +34,6 @@ pub struct Layout {
     pub is_white_zero: bool,
     /// Whether pictures are displayed turned or mirrored.
     pub is_turned: bool,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Predictor {
-    None,
-    /// A value is stored as its difference from the one on its left.
-    Horizontal,
-    /// The same for bytes; those of one significance lie together in a row.
-    Float,
 }
 
 #[derive(Debug, Clone)]
@@ -93,7 +84,7 @@ impl Page {
             chunk,
             is_tiled,
             codec: codec(number(Tag::Compression)?.unwrap_or(1))?,
-            predictor: predictor(number(Tag::Predictor)?.unwrap_or(1))?,
+            predictor: Predictor::of_number(number(Tag::Predictor)?.unwrap_or(1))?,
             is_grey: matches!(shades, None | Some(0 | 1)),
             is_white_zero: shades == Some(0),
             is_turned: number(Tag::Orientation)?.is_some_and(|orientation| orientation != 1),
@@ -161,7 +152,13 @@ impl Page {
         };
         let packed = self.file.read(offset, count)?;
         let mut pixels = layout.codec.decode(packed, expected as usize)?;
-        layout.undo_prediction(&mut pixels);
+        let rows = pixels.chunks_exact_mut(layout.chunk_row_bytes() as usize);
+        let samples = layout.samples_in_chunk() as usize;
+        for row in rows {
+            layout
+                .predictor
+                .undo(row, layout.voxel_type.bytes(), samples, layout.endian);
+        }
         Ok(match layout.samples_in_chunk() {
             1 => pixels,
             samples => {
@@ -285,65 +282,6 @@ impl Layout {
     pub fn page_bytes(&self) -> u64 {
         self.row_bytes() * u64::from(self.size[1]) * u64::from(self.samples)
     }
-
-    fn undo_prediction(&self, pixels: &mut [u8]) {
-        let samples = self.samples_in_chunk() as usize;
-        let size = self.voxel_type.bytes();
-        for row in pixels.chunks_exact_mut(self.chunk_row_bytes() as usize) {
-            match self.predictor {
-                Predictor::None => {}
-                Predictor::Horizontal => add_left(row, size, samples, self.endian),
-                Predictor::Float => {
-                    add_left(row, 1, samples, self.endian);
-                    join_bytes(row, size, self.endian);
-                }
-            }
-        }
-    }
-}
-
-/// Adds to each number the one of the same sample on its left.
-fn add_left(row: &mut [u8], size: usize, samples: usize, endian: Endian) {
-    macro_rules! sum {
-        ($number:ty, $from:ident, $to:ident) => {
-            |a, b| <$number>::$from(a).wrapping_add(<$number>::$from(b)).$to()
-        };
-    }
-    match (size, endian) {
-        (1, _) => add_up(row, samples, sum!(u8, from_ne_bytes, to_ne_bytes)),
-        (2, Endian::Little) => add_up(row, samples, sum!(u16, from_le_bytes, to_le_bytes)),
-        (2, Endian::Big) => add_up(row, samples, sum!(u16, from_be_bytes, to_be_bytes)),
-        (4, Endian::Little) => add_up(row, samples, sum!(u32, from_le_bytes, to_le_bytes)),
-        (4, Endian::Big) => add_up(row, samples, sum!(u32, from_be_bytes, to_be_bytes)),
-        (_, Endian::Little) => add_up(row, samples, sum!(u64, from_le_bytes, to_le_bytes)),
-        (_, Endian::Big) => add_up(row, samples, sum!(u64, from_be_bytes, to_be_bytes)),
-    }
-}
-
-fn add_up<const SIZE: usize>(
-    row: &mut [u8],
-    samples: usize,
-    sum: impl Fn([u8; SIZE], [u8; SIZE]) -> [u8; SIZE],
-) {
-    let numbers = row.as_chunks_mut().0;
-    for n in samples..numbers.len() {
-        numbers[n] = sum(numbers[n], numbers[n - samples]);
-    }
-}
-
-/// Joins the bytes of a row's numbers, which are grouped by significance, the most significant first.
-fn join_bytes(row: &mut [u8], size: usize, endian: Endian) {
-    let apart = row.to_vec();
-    let count = row.len() / size;
-    for (n, number) in row.chunks_exact_mut(size).enumerate() {
-        for (place, byte) in number.iter_mut().enumerate() {
-            let significance = match endian {
-                Endian::Big => place,
-                Endian::Little => size - 1 - place,
-            };
-            *byte = apart[significance * count + n];
-        }
-    }
 }
 
 fn voxel_type(directories: &Directories, directory: &Directory, samples: u32) -> Parsed<VoxelType> {
@@ -402,13 +340,4 @@ fn codec(number: u64) -> Parsed<Codec> {
         "is compressed with {name} ({number}), expected none, LZW, deflate, PackBits or zstd; write it again \
          with one of these"
     ))
-}
-
-fn predictor(number: u64) -> Parsed<Predictor> {
-    match number {
-        1 => Ok(Predictor::None),
-        2 => Ok(Predictor::Horizontal),
-        3 => Ok(Predictor::Float),
-        other => Err(unexpected("Predictor", &other.to_string(), "1, 2 or 3")),
-    }
 }

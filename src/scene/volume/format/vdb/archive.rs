@@ -6,8 +6,7 @@ use super::packed::Compression;
 use super::stream::Stream;
 use super::transform::{self, Geometry};
 use crate::error::first_of;
-use crate::scene::volume::format::header::unexpected;
-use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::parsed::{Parsed, unexpected};
 use crate::scene::volume::source::watched::WatchedFile;
 
 const MAGIC: u64 = 0x5644_4220;

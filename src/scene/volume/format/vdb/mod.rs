@@ -24,7 +24,8 @@ use archive::Archive;
 use leaves::Leaves;
 use tree::Tree;
 
-use super::header::{About, Header, pick};
+use super::header::{About, Header};
+use super::several::pick;
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Keyed;
 use crate::scene::volume::quantity::Quantity;

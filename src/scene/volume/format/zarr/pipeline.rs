@@ -2,8 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::scene::volume::format::header::unexpected;
-use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::parsed::{Parsed, unexpected};
 use crate::scene::volume::source::codec::Codec;
 use crate::scene::volume::voxel_type::Endian;
 
