@@ -45,7 +45,7 @@ const float ROULETTE_BELOW = 1e-4;
 // A smaller share of a sun's light counts as none: it would change only a float's last digits.
 const float LEAST_SUNLIGHT = 1e-7;
 
-// What a ray has collected so far.
+// Radiance and transmittance of a ray, front to back, up to where the march is.
 struct Front {
     vec3 radiance;
     float transmittance;

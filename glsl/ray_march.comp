@@ -29,7 +29,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) uniform image2D unit_sum;
 layout(scalar) buffer BrickBlock { Brick at[]; } bricks;
 
-// What a ray has collected so far.
+// Radiance and transmittance of a ray, front to back, up to where the march is.
 struct Front {
     vec3 radiance;
     vec3 from_cache; // the part of it by which the cache's error is measured (`MARCH_CACHED`)
@@ -101,7 +101,8 @@ void march_segment(Ray ray, float t, float t_end, uint side, uint weighs, inout 
                 MarchStep s = make_step(ray, march);
                 float weight = front.transmittance * s.alpha;
                 is_opaque = front.transmittance - weight <= OPAQUE_BELOW;
-                // What is left is taken to meet the same medium: nothing behind is seen, however bright it is.
+                // The transmittance that is left counts as absorbed and scattered here: what is behind is left out, which
+                // loses less than OPAQUE_BELOW of its light.
                 weight = is_opaque ? front.transmittance : weight;
                 front.transmittance -= weight;
                 take(taken, weight, s.albedo, mean_collision(s));
@@ -118,7 +119,7 @@ void march_segment(Ray ray, float t, float t_end, uint side, uint weighs, inout 
             vec3 albedo = albedo_taken(taken);
             vec3 scattered = albedo * scattered_back(light, ray);
             front.from_cache += scattered;
-            // So does this one.
+            // A loop in place of an `if`, as above: it runs only for MARCH_AT_REST.
             for (uint k = MARCH_CACHED; k < push.wanted; ++k) {
                 front.from_cache -= is_left_to_paths(cube) ? scattered : vec3(0.0);
             }

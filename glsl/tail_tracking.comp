@@ -38,7 +38,7 @@ Tail tail_of(uint item) {
     return tails.at[texel_index(item)];
 }
 
-// The march has found the suns' light on most surfaces.
+// Whether the march has added the suns' light on the surface where the path begins; it says so in the tail's payload.
 bool has_suns_already(Path path) {
     return path.bounces == 1u && path.surface >= 0 && tail_of(item_of(path)).payload.y == 0u;
 }

@@ -53,7 +53,7 @@ pub enum Command {
     Bench(Box<BenchArgs>),
     /// Print the complete scene as commented TOML.
     Scene(Box<SceneArgs>),
-    /// Make one picture of shards: pictures of the same scene with other samples (`render --samples`).
+    /// Merge shards, which are pictures of one scene with different samples (`render --samples`).
     Merge(MergeArgs),
     /// Compare two pictures.
     Compare(CompareArgs),
@@ -61,7 +61,7 @@ pub enum Command {
     Doctor(DoctorArgs),
     /// Describe the devices, or a volume.
     Info(InfoArgs),
-    /// Remove the stores that earlier runs have kept of volumes.
+    /// Remove the stores of volumes that earlier runs have made.
     Clean(CleanArgs),
 }
 
@@ -87,7 +87,7 @@ pub struct SceneArgs {
     #[arg(long, value_name = "VALUE", allow_hyphen_values = true, value_parser = iso)]
     pub iso: Option<Edit>,
 
-    /// Pixels of the picture; 1024x1024 if the scene does not say.
+    /// Pixels of the picture; by default the scene's or 1024x1024.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<Edit>,
 
@@ -95,11 +95,11 @@ pub struct SceneArgs {
     #[arg(long, value_parser = variant)]
     pub variant: Option<Edit>,
 
-    /// Cache cells per voxel along an axis: auto, 1, 0.5, 0.25 or 0.125.
+    /// Cache nodes per voxel along an axis: auto, 1, 0.5, 0.25 or 0.125.
     #[arg(long, value_name = "SCALE", value_parser = cache_scale)]
     pub cache_scale: Option<Edit>,
 
-    /// The cache's numbers: auto, f16 or f32.
+    /// Cache precision: auto, f16 or f32.
     #[arg(long, value_name = "FORMAT", value_parser = cache_format)]
     pub cache_format: Option<Edit>,
 
@@ -133,7 +133,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
 
-    /// Where to write: .exr or .png (repeatable; without: STEM.png and STEM.exr here).
+    /// Output: .exr or .png (repeatable; by default STEM.png and STEM.exr here).
     #[arg(short, long, value_name = "FILE", value_parser = picture)]
     output: Vec<PathBuf>,
 
@@ -142,14 +142,14 @@ pub struct RenderArgs {
     pub spp: Option<NonZeroU32>,
 
     #[arg(long, value_name = "SECONDS", value_parser = seconds,
-          help = format!("Stop after so many seconds of rendering; loading and compiling come on top, and a first sample may take twice as long, or 5 s more [without any limit: {}]", DEFAULT_TIME.as_secs()))]
+          help = format!("Stop after so many seconds of rendering; loading and compiling do not count; a first sample may take twice as long, or 5 s more [if no limit is set: {}]", DEFAULT_TIME.as_secs()))]
     time: Option<Duration>,
 
     #[arg(long, value_name = "REL", value_parser = positive,
-          help = format!("Stop at this relative error, rms(stderr)/mean [without any limit: {DEFAULT_ERROR}]"))]
+          help = format!("Stop at a relative error, rms(stderr)/mean [if no limit is set: {DEFAULT_ERROR}]"))]
     pub error: Option<f64>,
 
-    /// Exactly the samples of every pixel from A up to, not including, B: a shard, for `isolume merge`.
+    /// Render only samples A to B-1 of every pixel: a shard, for `isolume merge`.
     #[arg(long, value_name = "A..B", value_parser = samples, conflicts_with_all = ["spp", "time", "error"])]
     pub samples: Option<SampleRange>,
 
@@ -173,7 +173,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds, requires = "checkpoint")]
     pub checkpoint_every: Duration,
 
-    /// Begin anew, whatever the checkpoint holds.
+    /// Start over, whatever the checkpoint holds.
     #[arg(long, requires = "checkpoint")]
     pub restart: bool,
 

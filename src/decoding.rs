@@ -12,7 +12,7 @@ use exr::image::{AnyChannels, FlatSamples, Image, Layer};
 use exr::math::Vec2;
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
-use exr::prelude::{ReadChannels, ReadLayers};
+use exr::prelude::{IntegerBounds, ReadChannels, ReadLayers};
 use image::error::{ImageError, UnsupportedErrorKind};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Rgb, Rgb32FImage, imageops};
 
@@ -98,18 +98,22 @@ fn read_exr_colors(path: &Path) -> Result<Rgb32FImage, String> {
             .map_err(damaged)?;
         Ok((read.attributes.display_window, read.layer_data))
     })?;
-    let pixels = data.channel_data.pixels;
+    let position = data.attributes.layer_position;
+    Ok(in_window(data.channel_data.pixels, position, shown))
+}
+
+/// What the display window of an OpenEXR file shows of a layer at `position`; black where there are no pixels.
+pub fn in_window(layer: Rgb32FImage, position: Vec2<i32>, shown: IntegerBounds) -> Rgb32FImage {
     let between = |from: i32, to: i32| i64::from(to) - i64::from(from);
-    let place = data.attributes.layer_position;
-    let x = between(shown.position.x(), place.x());
-    let y = between(shown.position.y(), place.y());
+    let x = between(shown.position.x(), position.x());
+    let y = between(shown.position.y(), position.y());
     let Vec2(width, height) = shown.size;
-    if (x, y, width as u32, height as u32) == (0, 0, pixels.width(), pixels.height()) {
-        return Ok(pixels);
+    if (x, y, width as u32, height as u32) == (0, 0, layer.width(), layer.height()) {
+        return layer;
     }
     let mut image = Rgb32FImage::new(width as u32, height as u32);
-    imageops::replace(&mut image, &pixels, x, y);
-    Ok(image)
+    imageops::replace(&mut image, &layer, x, y);
+    image
 }
 
 /// Fails where no layer has colours: such a file is whole, but no picture.

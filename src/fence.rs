@@ -1,5 +1,5 @@
-//! A fence around other people's code: damaged data end in an error, even where a decoder panics, and so does a window
-//! system that lacks something.
+//! Turns panics of third-party code into errors: decoders may panic on damaged data, and window systems where they lack
+//! something.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};

@@ -82,7 +82,7 @@ fn interrupt(status: u8) {
     if keeps && !is_first && (status == TERMINATED_STATUS || is_the_same()) {
         return;
     }
-    // Whoever sees the flag sees the status.
+    // The status is stored before the flag, so that a thread that sees the flag sees the status, too.
     STATUS.store(status, Ordering::Relaxed);
     INTERRUPTED.store(keeps, Ordering::Release);
     if keeps && is_first {
@@ -90,7 +90,7 @@ fn interrupt(status: u8) {
         return;
     }
     temporary::remove_all();
-    // Whoever reads stderr may be gone, which is no reason to stay.
+    // A closed stderr must not keep the process alive.
     let when = if keeps {
         " again before the outputs were written"
     } else {

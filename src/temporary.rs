@@ -36,7 +36,7 @@ pub fn remove_all() {
 /// A file under a temporary name, which is removed when this is dropped.
 pub struct Temporary {
     pub file: NamedTempFile,
-    // Last: the name leaves the list when the file is gone.
+    // Declared last, so that it is dropped after the file: the name stays on the list until the file is removed.
     _listed: Listed,
 }
 

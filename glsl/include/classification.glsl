@@ -97,7 +97,7 @@ Parts parts_between(Classified begin, Classified end) {
     return Parts(clamp(lengths, 0.0, 1.0), rises ? begin.high : begin.low, rises ? end.low : end.high);
 }
 
-// Opacity times colour and, in a, opacity.
+// `color` premultiplied by its opacity, which stays in a.
 vec4 product(vec4 color) {
     return vec4(color.a * color.rgb, color.a);
 }

@@ -1,7 +1,8 @@
 // Lights: parallel suns, a constant environment, and an environment image.
 //
-// The constant part has no next-event estimation: it is equally bright everywhere, so a path's own escape finds it
-// with the best pdf. Suns are picked by power, and so are the image's cells; between suns and image half and half.
+// The constant part has no next-event estimation: it is equally bright in all directions, so that sampling it by the phase
+// function or BRDF, as an escaping path does, has the least noise. Suns are picked by power, and so are the image's cells;
+// between suns and image half and half.
 
 #include "scene.glsl"
 #include "phase.glsl"

@@ -159,8 +159,8 @@ float straight_part(Classified begin, Classified end, float middle) {
 // it may lie in two; then the one at its end is read, and the field is taken as straight.) Where the field is not straight
 // enough, march.t becomes the end of the first part that is. `parts` says how the transfer function's points divide the step.
 //
-// Nothing here stands behind a branch: a CPU's driver runs both sides. A loop has a second iteration only where a lane
-// needs it.
+// There is no branch that depends on values, because a CPU's driver runs both sides of one. A loop has a second iteration
+// only where a lane needs it.
 Medium medium_in_step(Ray ray, float from, inout Classified begin, inout March march, out Parts parts) {
     vec3 end = ray.origin + march.t * ray.step;
     vec3 middle = ray.origin + 0.5 * (from + march.t) * ray.step;

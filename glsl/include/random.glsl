@@ -52,7 +52,7 @@ vec4 random_numbers(inout Random random) {
 uint light_pairs(uint event) { return 4u * event; }
 uint direction_pairs(uint event) { return 4u * event + 2u; }
 
-// A sample index that no path has.
+// In the place of a sample index, for numbers that all samples of a pixel share. No path has this index.
 const uint OF_ALL_SAMPLES = 0x7FFFFFFFu;
 
 // Flips each bit by a hash of the bits below it.

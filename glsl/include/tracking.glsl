@@ -30,7 +30,7 @@ const uint OUTCOME_PENDING = 0u;
 const uint OUTCOME_COLLISION = 1u;
 const uint OUTCOME_END = 2u;
 
-// The state of tracking on a ray in [t, t_end].
+// What a path keeps of its tracking between dispatches: a ray in [t, t_end].
 struct Track {
     float t, t_end;
     ivec3 block; // at t

@@ -11,7 +11,7 @@ use crate::scene::volume::{Copying, Stores};
 
 #[derive(Debug, Args)]
 pub struct CacheArgs {
-    /// The folder of stores: what is kept of volumes that do not fit the GPU, such as copies of compressed ones; by default
+    /// Folder of stores: data kept of volumes that do not fit the GPU, such as copies of compressed files; by default
     /// `isolume` in $XDG_CACHE_HOME or ~/.cache.
     #[arg(long, value_name = "DIR")]
     cache_dir: Option<PathBuf>,

@@ -52,7 +52,7 @@ pub fn budget_source(source: BudgetSource) -> String {
     }
 }
 
-/// What else brings a picture in time.
+/// Further remedies where `--time` was too short.
 fn or_else(lacking: Lacking) -> &'static str {
     match lacking {
         Lacking::CachePaths => ", a coarser cache (--cache-scale), or none (--variant non-caching)",

@@ -173,7 +173,7 @@ pub(super) fn exr(text: &str) -> Result<PathBuf, String> {
 pub(super) fn seconds(text: &str) -> Result<Duration, String> {
     let wrong = |_| "expected a number of seconds > 0".to_string();
     let seconds = positive(text).map_err(wrong)?;
-    Duration::try_from_secs_f64(seconds).map_err(|_| "longer than any computer runs".into())
+    Duration::try_from_secs_f64(seconds).map_err(|_| "too many seconds".into())
 }
 
 pub(super) fn positive(text: &str) -> Result<f64, String> {

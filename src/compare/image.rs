@@ -3,13 +3,16 @@
 use std::path::Path;
 
 use ::exr::prelude::*;
-use ::image::ImageFormat;
+use ::image::{ImageFormat, Rgb32FImage};
 
-use crate::decoding::{self, read_image};
+use crate::decoding::{self, in_window, read_image};
 use crate::engine::Picture;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Place, Result, first_of};
 use crate::output::channels;
 use crate::srgb;
+
+/// The most channels that one message names.
+const MOST_NAMED: usize = 8;
 
 /// Linear RGB, row 0 on top. Alpha is ignored.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,6 +101,7 @@ fn read_exr(path: &Path) -> Result<LinearImage> {
     let Layer {
         channel_data: AnyChannels { list },
         size,
+        attributes,
         ..
     } = image.layer_data;
     let Some(rgb) = pixels(&list, channels::RGB) else {
@@ -105,7 +109,7 @@ fn read_exr(path: &Path) -> Result<LinearImage> {
             .iter()
             .map(|channel| channel.name.to_string())
             .collect();
-        let found = names.join(", ");
+        let found = first_of(&names, MOST_NAMED);
         return Err(unreadable(format!(
             "the channels R, G and B are needed; there are {found}"
         )));
@@ -115,12 +119,20 @@ fn read_exr(path: &Path) -> Result<LinearImage> {
             "subsampled channels cannot be compared".to_owned(),
         ));
     }
+    let shown = image.attributes.display_window;
+    let placed = |pixels: Vec<[f32; 3]>| {
+        let (width, height) = (size.width() as u32, size.height() as u32);
+        let layer = Rgb32FImage::from_raw(width, height, pixels.into_flattened());
+        let layer = layer.expect("as many pixels as the layer has");
+        let window = in_window(layer, attributes.layer_position, shown);
+        window.into_raw().as_chunks().0.to_vec()
+    };
     Ok(LinearImage {
         name: path.display().to_string(),
-        width: size.width(),
-        height: size.height(),
-        rgb,
-        stderr: pixels(&list, channels::STDERR).and_then(known),
+        width: shown.size.width(),
+        height: shown.size.height(),
+        rgb: placed(rgb),
+        stderr: pixels(&list, channels::STDERR).and_then(known).map(placed),
     })
 }
 

@@ -1,8 +1,8 @@
 //! Scenes of a few voxels whose radiance is known exactly. Between them they use transmittance, scattering, the phase
 //! function, surfaces and the cache; `tests/transport` holds the same engine to many more, and to tighter bounds.
 //!
-//! The first two are like what an NVIDIA H100 once got wrong: it rounded positions between voxels, and its compiler made code by
-//! which some rays missed surfaces.
+//! The first two repeat, in small, two errors that an NVIDIA H100 once made: it rounded positions between voxels, and its
+//! compiler made code by which some rays missed surfaces.
 
 use std::num::NonZeroU32;
 use std::sync::Arc;
@@ -38,7 +38,7 @@ pub struct Measured {
     pub tolerance: f64,
 }
 
-/// Errors of a cache, and of the noise of its cells, which a picture's standard error does not know.
+/// Errors of a cache, and of the noise of its nodes, which a picture's standard error does not know.
 const CACHE_TOLERANCE: f64 = 0.01;
 /// A measurement with a larger standard error, as a share of the exact number, decides nothing.
 const CONCLUSIVE: f64 = 0.02;
@@ -127,7 +127,7 @@ impl Measured {
         }
     }
 
-    /// The error of a cached picture is that of its cells, which all pixels share: no mean over pixels makes it smaller.
+    /// The error of a cached picture is that of its nodes, which all pixels share: no mean over pixels makes it smaller.
     fn through_a_cache(mut self, picture: &Picture) -> Measured {
         self.stderr *= (picture.rgb.len() as f64).sqrt();
         self.tolerance = 4.0 * self.stderr + CACHE_TOLERANCE * self.exact;

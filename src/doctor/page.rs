@@ -166,7 +166,7 @@ fn rates_table(rates: &PeakRates) -> String {
     .concat()
 }
 
-/// What it comes to. A check that was left out is no fault of the device, and nothing is known of it.
+/// The last line. A check that was left out for want of time does not count against the device.
 fn verdict(holds: bool, is_usable: bool, left_out: usize) -> String {
     let verdict = match (holds, is_usable) {
         (true, _) if left_out > 0 => "all that was tried holds",

@@ -165,10 +165,10 @@ pub(super) fn check(scene: &Scene) -> Result<()> {
     if scene.render.size.contains(&0) {
         return Err(Error::value("a picture has at least 1x1 pixels"));
     }
-    if let Some(clash) = scene.render.clash() {
+    if let Some(conflict) = scene.render.conflict() {
         return Err(Error::input(
             Place::default().with_key("render.max_bounces"),
-            clash,
+            conflict,
         ));
     }
     if let Some(excess) = surface::excess(scene.surfaces.iso.len()) {

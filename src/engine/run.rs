@@ -149,7 +149,7 @@ impl Engine {
         self.renderer.units(samples, units, until)
     }
 
-    /// What has become of a run that has ended.
+    /// The outcome of a run. Fails if the picture has no sample.
     fn outcome(
         &mut self,
         run: &Run<'_>,

@@ -12,7 +12,7 @@ use crate::render::Halves;
 pub struct Stop {
     /// Samples of every pixel.
     pub samples: Option<Samples>,
-    /// Time spent on rendering.
+    /// Wall time of rendering, without loading and compiling. A first sample may take longer.
     pub time: Option<Duration>,
     /// rms(standard error) / mean(RGB) of the picture.
     pub relative_error: Option<f64>,

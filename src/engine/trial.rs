@@ -55,7 +55,7 @@ struct Open<'a> {
     making: f64,
 }
 
-const TOO_SHORT: &str = "the work is done before a cache would be filled";
+const TOO_SHORT: &str = "the work is too short to fill a cache for it";
 const TOO_SLOW: &str = "to try a cache would have taken too long";
 
 impl<'a> Trial<'a> {
@@ -190,7 +190,7 @@ impl Tried {
     }
 }
 
-/// How a comparison of caches with the variant without one has ended.
+/// Whether a cache is expected to be faster than none.
 enum Contest {
     /// With a cache that is better, and the time that the work which goes on has taken.
     Won(Box<Engine>, Stopwatch),
@@ -316,7 +316,7 @@ impl Engine {
         }
     }
 
-    /// Doubles the paths of the cache's nodes. Returns false if `until` comes before that is done.
+    /// Gives the cache its next batch of paths. Returns false if `until` comes before that is done.
     fn fill_on(&mut self, until: Until<'_>, watch: &mut Stopwatch) -> Result<bool> {
         let updates = self.updates();
         let Some(mut caching) = self.renderer.caching() else {

@@ -25,7 +25,7 @@ pub enum MemoryError {
     },
     /// A cache was asked for by name, and only a picture without one fits.
     #[error(
-        "no cache that was asked for fits into the budget of {budget} bytes: {smallest_cache}, non-caching only {} \
+        "no cache that was asked for fits into the budget of {budget} bytes: {smallest_cache}, non-caching {} \
          ({non_caching} bytes)", human(*.non_caching)
     )]
     Cache {

@@ -185,15 +185,18 @@ impl<'a> Keeper<'a> {
 
     /// To be called whenever the state could be continued: writes the checkpoint, if it is time.
     pub fn step(&mut self, engine: &mut Engine, view: &View, watch: &Stopwatch) -> Result<()> {
-        let is_asked = interrupt::takes_request();
         let is_last = self.fill_state == FillState::UnderWay && interrupt::is_interrupted();
         let unwritten = self
             .last_due
             .elapsed()
             .saturating_add(self.time_of_next_batch(engine));
         let is_due = unwritten >= self.kept.args.checkpoint_every;
-        let can_write = self.obstacle().is_none() && self.fill_state != FillState::Kept;
-        if !can_write || !(is_asked || is_last || is_due) {
+        if self.obstacle().is_some() || self.fill_state == FillState::Kept {
+            return Ok(());
+        }
+        // A request that comes where nothing can be written waits.
+        let is_asked = interrupt::takes_request();
+        if !(is_asked || is_last || is_due) {
             return Ok(());
         }
         let is_written = noted(self.write(engine, view, watch))?;

@@ -11,7 +11,7 @@ use crate::cli::InfoArgs;
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceSummary, list_devices};
 use crate::output::to_json;
-use crate::scene::volume::{Series, Storage, Volume};
+use crate::scene::volume::{Level, MOST_NAMES, Series, Storage, Volume};
 use crate::scene::{Edit, bare_volume};
 
 /// Bars of the histogram.
@@ -48,7 +48,7 @@ struct VolumeInfo {
     #[serde(flatten)]
     facts: BTreeMap<&'static str, String>,
     #[serde(flatten)]
-    storage: Storage,
+    storage: StorageInfo,
     dims: [u32; 3],
     #[serde(rename = "type")]
     voxel_type: String,
@@ -61,6 +61,46 @@ struct VolumeInfo {
     growth: Option<String>,
     histogram: Vec<Bin>,
     notes: Vec<String>,
+}
+
+/// How the file stores the volume.
+#[derive(Serialize)]
+struct StorageInfo {
+    format: &'static str,
+    compression: Option<String>,
+    unit: Option<String>,
+    /// Names of the channels, or "" for those that have none.
+    channels: Vec<String>,
+    times: u32,
+    levels: Vec<Level>,
+    channel: Option<u32>,
+    time: Option<u32>,
+    level: Option<u32>,
+    /// The same for people.
+    #[serde(skip)]
+    lines: Vec<(&'static str, String)>,
+}
+
+impl From<Storage> for StorageInfo {
+    fn from(storage: Storage) -> StorageInfo {
+        let lines = storage.lines();
+        let named = storage.channel_names.into_iter();
+        let names = named.chain(std::iter::repeat(String::new()));
+        StorageInfo {
+            lines,
+            channels: names
+                .take(storage.channels.min(MOST_NAMES) as usize)
+                .collect(),
+            format: storage.format,
+            compression: storage.compression,
+            unit: storage.unit,
+            times: storage.times,
+            levels: storage.levels,
+            channel: storage.channel,
+            time: storage.time,
+            level: storage.level,
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -98,7 +138,7 @@ fn volume(path: &Path, edits: &[Edit], json: bool) -> Result<Description> {
     let info = VolumeInfo {
         series,
         facts: volume.facts.iter().cloned().collect(),
-        storage: volume.storage,
+        storage: volume.storage.into(),
         dims: volume.dims,
         voxel_type: volume.voxel_type.to_string(),
         spacing: volume.spacing,
@@ -143,8 +183,8 @@ impl VolumeInfo {
         let [a, b, c] = self.spacing;
         let orientation = self.orientation.as_deref().unwrap_or("unknown");
         let mut text = series_table(&self.series);
-        let storage = self.storage.lines().into_iter();
-        let facts = self.facts.iter().map(|(name, fact)| (*name, fact.clone()));
+        let storage = self.storage.lines.iter().map(|(name, line)| (*name, line));
+        let facts = self.facts.iter().map(|(name, fact)| (*name, fact));
         for (name, value) in storage.chain(facts) {
             text += &format!("{name:<12} {value}\n");
         }

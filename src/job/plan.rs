@@ -130,13 +130,10 @@ impl Printed<'_> {
                  these are on the GPU at a time ({:.0} %)\n",
                 100.0 * share
             );
+            text += &format!("host memory: at most {} for bricks\n", human(*host_bytes));
             text += &format!(
-                "the host's memory: at most {} of bricks\n",
-                human(*host_bytes)
-            );
-            text += &format!(
-                "reads of the file, if each brick is brought once: up to {} for the first samples, and {} for later ones that \
-                 are taken together\n",
+                "reads of the file, if each brick is loaded once: up to {} for the first samples, and {} for later ones \
+                 taken together\n",
                 human(*first_read_bytes),
                 human(*later_read_bytes),
             );

@@ -32,9 +32,13 @@ pub fn to_json(value: &impl Serialize) -> Result<String> {
     serde_json::to_string_pretty(value).map_err(|e| Error::value(format!("JSON: {e}")))
 }
 
-/// Prints a line to stderr, or several. Control characters, which names of files may have, are escaped, so that they do not
-/// reach a terminal. Whoever reads it may be gone, which is no reason to stop.
+/// Prints a line to stderr, or several, [`escaped`]. A closed stderr is not an error.
 pub fn say(line: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stderr(), "{}", escaped(&line.to_string()));
+}
+
+/// A text without the control characters that names of files may have, so that they do not reach a terminal.
+fn escaped(text: &str) -> String {
     let escaped = |c: char| {
         if c.is_control() && c != '\n' {
             c.escape_default().to_string()
@@ -42,8 +46,7 @@ pub fn say(line: impl std::fmt::Display) {
             c.to_string()
         }
     };
-    let line: String = line.to_string().chars().map(escaped).collect();
-    let _ = writeln!(std::io::stderr(), "{line}");
+    text.chars().map(escaped).collect()
 }
 
 /// The picture formats that can be written, told apart by the file name's extension.

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{FormattedDuration, ProgressBar, ProgressStyle};
 
-use super::say;
+use super::{escaped, say};
 use crate::engine::{self, Sampled, Stop};
 use crate::locked::locked;
 use crate::scene::volume::Copying;
@@ -102,7 +102,7 @@ impl ProgressLine {
 
     /// Shows the progress of the cache's filling, before the first sample.
     fn filled(&mut self, updates: u32, relative_error: f64) {
-        let mut status = format!("cache: {updates} paths a cell in sight");
+        let mut status = format!("cache: {updates} paths a node in sight");
         if relative_error.is_finite() {
             status += &format!(", relative error {relative_error:.4}");
         }
@@ -135,7 +135,7 @@ pub fn copying(quiet: bool) -> impl Fn(&Copying) + Send + Sync {
             folder,
             share,
         } = copying;
-        let percent = format!("copying {volume}: {:.0} %", 100.0 * share);
+        let percent = escaped(&format!("copying {volume}: {:.0} %", 100.0 * share));
         let mut shown = locked(&shown);
         let (bar, last) = shown.get_or_insert_with(|| {
             let folder = folder.display();

@@ -28,7 +28,8 @@ constants! {
     /// ([`NodeSums`](super::shared::NodeSums)).
     pub const LIGHT_FLOATS: u32 as uint = 4;
     pub const FLUX_FLOATS: u32 as uint = 3;
-    /// Words of a brick with a bit for each of its cubes (`cube_bits.glsl`), and with two bits for each of its nodes besides.
+    /// 32-bit words of a brick: `RIM_WORDS` with one bit for each cube, and `CUT_WORDS` with one bit for each cube and then
+    /// two for each node (`cube_bits.glsl`, `pages.glsl`).
     pub const RIM_WORDS: u32 as uint = NODES / u32::BITS;
     pub const CUT_WORDS: u32 as uint = 3 * RIM_WORDS;
     /// Relative rounding of an interpolated value: it may leave the range of the voxels around by so much. Along each axis,

@@ -17,7 +17,7 @@ use super::picture::bundle::{Bundle, BundleUnderWay, Sampled};
 use super::picture::tone_map::ToneMapPush;
 use super::picture::under_way::UnderWay;
 use super::renderer::Renderer;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gpu::Image;
 
 impl Renderer {
@@ -70,13 +70,17 @@ impl Renderer {
             Err(error) => {
                 // Some pixels may have units in the mean that others lack.
                 self.under_way = UnderWay::Units(under_way);
-                self.abandon()?;
-                Err(error)
+                match (error, self.abandon()) {
+                    // After a lost device nothing can be restored: what was lost first is to be reported.
+                    (Error::Device(first), _) => Err(first.into()),
+                    (first, restored) => restored.and(Err(first)),
+                }
             }
         }
     }
 
-    /// Takes in what a slice has sampled. Returns the number of pixels that have all units of the bundle.
+    /// Adds what a slice has sampled to the bundle under way, and folds what has ended into the mean. Returns the number of
+    /// pixels that have all units of the bundle.
     fn take_in(&mut self, under_way: &mut BundleUnderWay, sampled: Sampled) -> Result<u32> {
         under_way.bundle.begins = false;
         under_way.lookups += u64::from(sampled.lookups);
@@ -85,7 +89,7 @@ impl Renderer {
     }
 
     fn begin_bundle(&mut self, samples: u32, units: u32) -> Result<BundleUnderWay> {
-        // A batch of the cache's paths under way would lose their memory to those of the samples.
+        // Samples use the memory of a batch's paths: a batch under way is dropped.
         if let Estimator::Caching(cache) = &mut self.estimator {
             cache.abandon();
         }

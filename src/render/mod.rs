@@ -42,7 +42,7 @@
 //! - **stretch**: the part of a ray in up to eight blocks in a row that hold medium; a march chooses its step for each.
 //!
 //! In the cache:
-//! - **node**: a point at which the cache keeps light. Statistics and users' messages call it a cell of the cache.
+//! - **node**: a point at which the cache keeps light. Keys of statistics call it a cell.
 //! - **cube**: the space between eight neighbouring nodes, in which light is interpolated.
 //! - **brick**: 4³ nodes, which have memory together or not at all.
 //! - **place**: the position of a brick in the cache's images; the page table says which brick has which place.

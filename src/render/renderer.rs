@@ -33,7 +33,8 @@ pub struct Renderer {
     pub(super) estimator: Estimator,
     pub(super) passes: Passes,
     pub(super) totals: Totals,
-    /// What is known of how evenly the picture's samples are spread.
+    /// The picture at the last power of two of marched samples, and what it says of their variance; `None` where samples are
+    /// paths, or too few.
     pub(super) halves: Option<Arc<Halves>>,
     pub(super) under_way: UnderWay,
     /// Whether `mean` and `squares` hold an earlier picture, and have to be cleared before anything is added.

@@ -64,6 +64,11 @@ pub struct Resources {
 }
 
 impl Resources {
+    /// Pixels of the picture in all.
+    pub fn pixels(&self) -> u32 {
+        self.size[0] * self.size[1]
+    }
+
     pub fn allocate(memory: &Arc<Memory>, scene: &GpuScene) -> Result<Resources> {
         let constants = scene.constants();
         let parts = &scene.parts;
@@ -215,7 +220,9 @@ pub fn slots(limits: &DeviceSummary, scene: &GpuScene) -> u32 {
             } else {
                 SLOTS_GPU_IN_BRICKS
             };
-            (SLOTS_A_PLACE * layout.capacity()).clamp(SLOTS_CPU, most)
+            SLOTS_A_PLACE
+                .saturating_mul(layout.capacity())
+                .clamp(SLOTS_CPU, most)
         }
         None => slots_for_pixels(limits, scene.parts.view.size),
     }

@@ -130,7 +130,7 @@ impl Camera {
         projection: Projection,
         aspect: f64,
     ) -> Camera {
-        const AIR: f64 = 1.05;
+        const MARGIN: f64 = 1.05;
         // A division, since a multiplication by the inverse would put the eye slightly beside an axis.
         let back = DVec3::from(towards_eye) / DVec3::from(towards_eye).length();
         let right = DVec3::from(up).cross(back).normalize();
@@ -143,10 +143,10 @@ impl Camera {
                 Projection::Perspective { fov_y } => {
                     let tangent = (fov_y.to_radians() / 2.0).tan();
                     let across = offset.dot(right).abs() / aspect;
-                    AIR * across.max(offset.dot(upright).abs()) / tangent
+                    MARGIN * across.max(offset.dot(upright).abs()) / tangent
                 }
                 // The eye's plane only has to lie in front of the box.
-                Projection::Orthographic { .. } => (AIR - 1.0) * half.length(),
+                Projection::Orthographic { .. } => (MARGIN - 1.0) * half.length(),
             };
             needed + offset.dot(back)
         };

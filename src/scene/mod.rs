@@ -63,7 +63,7 @@ pub struct RenderSettings {
 
 impl RenderSettings {
     /// What is wrong with `max_bounces` in a variant that was asked for by name, as the end of a sentence about that key.
-    pub fn clash(&self) -> Option<String> {
+    pub fn conflict(&self) -> Option<String> {
         (self.max_bounces != 0 && self.variant == Variant::Caching).then(|| {
             format!(
                 "found {}, expected 0 with variant \"caching\": cached light has no number of bounces (use variant = \
@@ -83,7 +83,7 @@ words! {
     }
 }
 
-/// Cache cells per voxel along an axis.
+/// Nodes of the cache per voxel along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "toml::Value", into = "toml::Value")]
 pub enum CacheScale {

@@ -91,7 +91,9 @@ impl CacheFile {
                 Ok(state) => state,
                 Err(error) => {
                     fault = Some(error);
-                    return Err(io::Error::other("the cache's state was not to be had"));
+                    return Err(io::Error::other(
+                        "the cache's state could not be read from the device",
+                    ));
                 }
             };
             let header = serde_json::to_vec(&CacheHeader {

@@ -154,8 +154,8 @@ impl Found {
         })
     }
 
-    /// To be called before the first file of a new checkpoint gets its name: removes what was ignored, since files of two
-    /// checkpoints do not go together.
+    /// Removes the files of an ignored checkpoint. To be called before the first file of the new one gets its name, since
+    /// files of two checkpoints do not go together.
     pub fn make_way(&mut self) -> Result<()> {
         if !self.is_ignored {
             return Ok(());

@@ -15,7 +15,7 @@ use crate::temporary::Listed;
 pub struct Lock {
     path: PathBuf,
     _file: File,
-    // Last: the name leaves the list when the file is gone.
+    // Declared last, so that it is dropped after the file: the name stays on the list until the file is removed.
     _listed: Listed,
 }
 
@@ -41,7 +41,7 @@ impl Lock {
                 Err(TryLockError::WouldBlock) => {
                     return Err(Error::input(
                         checkpoint,
-                        "another process is at work with this checkpoint; wait for it or name another file",
+                        "another process uses this checkpoint; wait for it or name another file",
                     ));
                 }
                 Err(TryLockError::Error(error)) => return Err(Error::io(&path, error)),

@@ -81,7 +81,7 @@ fn next_variant(render: &mut RenderSettings) -> Option<String> {
     let others = VARIANTS.iter().cycle().skip(now.unwrap_or(0) + 1);
     for (name, next) in others.take(VARIANTS.len()) {
         render.variant = *next;
-        if render.clash().is_none() {
+        if render.conflict().is_none() {
             return Some(format!("variant: {name}"));
         }
     }

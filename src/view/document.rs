@@ -32,7 +32,7 @@ impl Document {
         [low.max(bins[0]), high.min(bins[1])]
     }
 
-    /// Ends what is still being made of it, sooner or later.
+    /// Asks the threads that work for this document to stop; they do so at their next check.
     pub fn close(&self) {
         self.is_closed.store(true, Ordering::Relaxed);
     }
@@ -42,7 +42,7 @@ impl Document {
         is_scene(&self.path) && self.path == before.path && self.edits == before.edits
     }
 
-    /// Fails once nothing that could be made of it is wanted any more.
+    /// Fails with [`Error::Interrupted`] once the document was closed.
     pub fn check_wanted(&self) -> Result<()> {
         if self.is_closed.load(Ordering::Relaxed) {
             Err(Error::Interrupted)

@@ -103,7 +103,7 @@ fn headline(live: &Live, report: &Report) -> String {
 /// The progress of the cache's filling.
 fn light(live: &Live) -> Option<String> {
     let cache = live.engine.cache()?;
-    let cells = cache.memory.layout.active_nodes();
+    let nodes = cache.memory.layout.active_nodes();
     let error = if cache.filling.relative_error.is_finite() {
         format!("error {:.2} %", 100.0 * cache.filling.relative_error)
     } else {
@@ -111,7 +111,7 @@ fn light(live: &Live) -> Option<String> {
     };
     let updates = cache.filling.updates;
     Some(format!(
-        "cache: {cells} cells, those in sight updated {updates} times, {error}"
+        "cache: {nodes} nodes, those in sight with {updates} paths, {error}"
     ))
 }
 

@@ -63,7 +63,7 @@ const fn with(modifiers: Modifiers, key: Key, action: Action, help: [&'static st
 const BY_VIEW: [&str; 2] = ["", ""];
 
 const BINDINGS: [Binding; 18] = [
-    plain(Key::R, Scene(Home), ["R", "back to the first view"]),
+    plain(Key::R, Scene(Home), ["R", "the initial view"]),
     plain(
         Key::Num1,
         Scene(View(0)),

@@ -91,7 +91,7 @@ impl App<'_> {
     /// Returns whether the file has been read; otherwise it is being opened again, with its volume.
     fn read_again(&mut self, path: &Path, edits: Vec<Edit>) -> Result<bool> {
         let Some(session) = &mut self.session else {
-            // As it was before, it could not be shown.
+            // The scene could not be shown before this edit, so that there is no session to update.
             self.open_edited(path.to_path_buf(), edits);
             return Ok(false);
         };

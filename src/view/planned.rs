@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Shared with the threads that prepare scenes: one that nobody wants any more has taken its memory all the same.
+/// Shared with the threads that prepare scenes: one whose scene is not wanted any more has taken memory, too.
 #[derive(Clone, Default)]
 pub struct Planned(Arc<AtomicU64>);
 

@@ -13,9 +13,7 @@ pub fn image(session: &mut Session, seed: u32) -> Result<PathBuf> {
     let live = live.filter(|live| live.engine.has_picture());
     let scene = live.map(|live| session.describe(live.engine.scene()));
     let (Some(scene), Some(live)) = (scene, session.live_mut()) else {
-        return Err(Error::value(
-            "there is no picture of all pixels to save yet",
-        ));
+        return Err(Error::value("not all pixels have been rendered yet"));
     };
     let engine = &mut live.engine;
     let picture = live.picture.taken(engine)?;

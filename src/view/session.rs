@@ -124,7 +124,13 @@ impl Session {
                         report.cache_cleared();
                         return Ok(true);
                     }
-                    Ok(Changed::Impossible) => light = live.engine.light_for(&self.scene)?,
+                    Ok(Changed::Impossible) => {
+                        light = match live.engine.light_for(&self.scene) {
+                            Err(Error::Device(why)) => return Err(Error::Device(why)),
+                            // What cannot be kept is traced anew.
+                            kept => kept.unwrap_or_default(),
+                        };
+                    }
                     Err(Error::Device(why)) => return Err(Error::Device(why)),
                     // If a new renderer fails for the same reason, that is reported.
                     Err(_) => {}

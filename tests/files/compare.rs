@@ -12,6 +12,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use exr::prelude::*;
 use isolume::compare::{Comparison, LinearImage, compare_files, compare_images, without_noise};
 use isolume::engine::Picture;
 use isolume::output::{Provenance, write_exr, write_png};
@@ -83,6 +84,30 @@ fn assert_close(found: f64, expected: f64, tolerance: f64) {
         (found - expected).abs() <= tolerance,
         "{found} is not {expected} ± {tolerance}"
     );
+}
+
+/// Renderers crop what they write to a part of the picture.
+#[test]
+fn pictures_are_compared_where_they_are_shown() {
+    let folder = TempDir::new().unwrap();
+    let quarter = |name: &str, x: i32| {
+        let pixels = SpecificChannels::rgb(|_: Vec2<usize>| (1.0_f32, 2.0_f32, 3.0_f32));
+        let attributes = LayerAttributes {
+            layer_position: Vec2(x, 0),
+            ..LayerAttributes::default()
+        };
+        let layer = Layer::new((4, 8), attributes, Encoding::UNCOMPRESSED, pixels);
+        let mut image = Image::from_layer(layer);
+        image.attributes.display_window = IntegerBounds::from_dimensions((8, 8));
+        let path = folder.path().join(name);
+        image.write().to_file(&path).unwrap();
+        LinearImage::read(&path).unwrap()
+    };
+    let [left, right] = [quarter("left.exr", 0), quarter("right.exr", 4)];
+    assert_eq!((left.width, left.height), (8, 8));
+    let row = |image: &LinearImage| image.rgb[..8].iter().map(|rgb| rgb[1]).collect::<Vec<_>>();
+    assert_eq!(row(&left), [2.0, 2.0, 2.0, 2.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(row(&right), [0.0, 0.0, 0.0, 0.0, 2.0, 2.0, 2.0, 2.0]);
 }
 
 #[test]
@@ -321,7 +346,6 @@ fn what_cannot_be_compared_is_named() {
 
 #[test]
 fn an_exr_without_colour_lists_what_it_has() {
-    use exr::prelude::*;
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("depth.exr");
     let depth = AnyChannel::new("Z", FlatSamples::F32(vec![1.0; 4]));

@@ -249,7 +249,7 @@ fn signals_leave_a_checkpoint() {
     wait_until(&mut second, "a lock", || lock.exists());
     let said = refused_while_there_is_a_lock(&folder, render);
     assert!(
-        said.contains("another process is at work with this checkpoint"),
+        said.contains("another process uses this checkpoint"),
         "{said}"
     );
     send("TERM", &second);

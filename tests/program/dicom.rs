@@ -36,6 +36,11 @@ fn a_folder_renders_and_the_other_volumes_are_listed() {
     let scene = text(&other.stdout);
     assert!(scene.contains("series = 2 "), "{scene}");
     assert!(scene.contains("crop = [[0, 0, 0], [16, 12, 3]]"), "{scene}");
+    // The printed scene of one volume opens another as a whole.
+    folder.write("other.toml", scene.as_bytes());
+    let first = folder.succeed("scene other.toml --set volume.series=1");
+    let first = text(&first.stdout);
+    assert!(first.contains("crop = [[0, 0, 0], [16, 12, 5]]"), "{first}");
     let by_uid = folder.succeed("scene scan --set volume.series=1.2.3.4.2");
     assert!(text(&by_uid.stdout).contains("series = \"1.2.3.4.2\""));
 }

@@ -179,7 +179,7 @@ pub struct Cached {
     pub renderer: Renderer,
 }
 
-/// With a cache that holds `updates` paths a cell in sight (a power of two).
+/// With a cache that holds `updates` paths a node in sight (a power of two).
 pub fn cached(
     scene: &Scene,
     volume: &Volume,

@@ -20,6 +20,8 @@ pub struct Slice {
     pub words: Vec<u16>,
     pub slope: f64,
     pub intercept: f64,
+    /// As its header states it.
+    pub thickness: Option<f64>,
 }
 
 #[derive(Debug, Clone)]
@@ -55,6 +57,7 @@ impl Scan {
                 words: places.map(|(x, y)| stored(x, y, z)).collect(),
                 slope: 1.0,
                 intercept: -1024.0,
+                thickness: None,
             }
         };
         let common = Object::default()
@@ -137,7 +140,11 @@ impl Scan {
     /// One slice's header.
     pub fn header(&self, n: usize) -> Object {
         let slice = &self.slices[n];
-        self.sized(slice)
+        let mut sized = self.sized(slice);
+        if let Some(thickness) = slice.thickness {
+            sized = sized.text((0x18, 0x50), "DS", thickness);
+        }
+        sized
             .text((8, 0x18), "UI", format!("1.2.3.4.1.{}", n + 1))
             .text((0x20, 0x13), "IS", n + 1)
             .text((0x20, 0x32), "DS", joined(&slice.position))

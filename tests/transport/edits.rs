@@ -242,7 +242,7 @@ fn collect_changed(key: String, before: Option<&Value>, after: &Value, keys: &mu
     }
 }
 
-/// The picture after so many paths a cell, the same for all, and so few samples that pictures of all sizes have the same
+/// The picture after so many paths a node, the same for all, and so few samples that pictures of all sizes have the same
 /// paths.
 fn render(engine: &mut Engine) -> Picture {
     engine.look_from_everywhere();

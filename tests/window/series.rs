@@ -36,6 +36,7 @@ fn scan(slices: usize, is_ring: bool) -> Scan {
             .collect(),
         slope: 1.0,
         intercept: -1024.0,
+        thickness: None,
     };
     let scan = Scan {
         slices: (0..slices).map(slice).collect(),

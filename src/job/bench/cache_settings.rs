@@ -1,4 +1,4 @@
-//! The loss by coarser cells and shorter floats: the paper's Table 1. The same view is marched through each cache,
+//! The loss by coarser lattices and shorter floats: the paper's Table 1. The same view is marched through each cache,
 //! which adds no noise of its own, and compared with that of the whole cache in 32 bits. Paths of a few seconds leave
 //! more noise than a coarser cache loses, so each cache is filled twice.
 

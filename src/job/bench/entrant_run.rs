@@ -118,7 +118,7 @@ impl EntrantRun<'_> {
     }
 }
 
-/// Paths that the cache's cells have had, where the picture's error comes from the cache alone.
+/// Paths that the cache's nodes have had, where the picture's error comes from the cache alone.
 fn decisive_updates(engine: &Engine) -> Option<u32> {
     let cache = engine.cache()?;
     cache.samples_are_smooth().then_some(cache.filling.updates)

@@ -124,8 +124,8 @@ impl Subject {
     }
 
     pub fn has_cache(&self) -> bool {
-        let cells = |e: &Entrant| e.choice.plan.variant.cache().map(|c| c.active_nodes());
-        self.entrants.iter().any(|e| cells(e) > Some(0))
+        let nodes = |e: &Entrant| e.choice.plan.variant.cache().map(|c| c.active_nodes());
+        self.entrants.iter().any(|e| nodes(e) > Some(0))
     }
 }
 

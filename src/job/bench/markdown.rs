@@ -70,8 +70,8 @@ fn reference(subject: &SubjectReport) -> String {
     };
     let noise = match &reference.noise {
         Some(noise) => format!(
-            "By its own account its noise is an MSE of {}, or {} dB: what comes near that, and is \
-             marked with \\*, may be better than it looks.",
+            "By its own estimate, its noise is an MSE of {}, or {} dB: values near that, marked \
+             with \\*, may be better than they look.",
             number(noise.mse),
             decibels(noise.psnr)
         ),
@@ -295,8 +295,8 @@ fn memory(subject: &SubjectReport) -> String {
         "planned",
         "peak",
         "cache",
-        "active cells",
-        "bytes per active cell",
+        "active nodes",
+        "bytes per active node",
         "bytes per voxel",
         "paths/s",
         "reads per path",
@@ -334,8 +334,8 @@ fn cache_settings(settings: &[CacheSetting]) -> String {
         "at least",
         "SSIM",
         "its relative error",
-        "paths a cell",
-        "bytes per active cell",
+        "paths a node",
+        "bytes per active node",
         "bytes per voxel",
         "of the paper's 56",
     ]);

@@ -112,7 +112,8 @@ pub fn bench(args: &BenchArgs) -> Result<u8> {
     Ok(interrupt::status())
 }
 
-/// The seed of what is measured. What has that of the reference shares its samples, and seems better than it is.
+/// The seed of what is measured. A measurement with the reference's seed shares its samples, so that its error seems smaller
+/// than it is.
 fn seed(args: &BenchArgs) -> u32 {
     let of_reference = args.reference.as_deref().and_then(seed_of);
     match args.seed {
@@ -128,8 +129,8 @@ fn seed(args: &BenchArgs) -> u32 {
     }
 }
 
-/// A run that is rather late than without a picture: a first batch of paths may take longer than the first of the
-/// given times.
+/// A run that waits for its first picture, even beyond its time: a first batch of paths may take longer than the first of
+/// the given times.
 fn patient_run(stop: Stop, progress: &mut dyn FnMut(Progress)) -> Run<'_> {
     Run {
         waits: true,
@@ -260,7 +261,7 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// Whether each cell of a cache can have a path before the last of the given times, at the speed of the caches so
+    /// Whether each node of a cache can have a path before the last of the given times, at the speed of the caches so
     /// far, or else of any run; if not, the reason.
     fn in_time(&self, entrant: &Entrant, runs: &[RunReport]) -> Result<(), String> {
         let layout = entrant.choice.plan.variant.cache();
@@ -276,7 +277,7 @@ impl Bench<'_> {
             Ok(())
         } else {
             Err(format!(
-                "{}: a path for each of its {} cells takes {needed:.0} s or more; give --seconds a \
+                "{}: a path for each of its {} nodes takes {needed:.0} s or more; give --seconds a \
                  longer time",
                 entrant.word,
                 layout.active_nodes()

@@ -111,7 +111,7 @@ pub struct Point {
     pub cpu_s: f64,
     pub file: Option<String>,
     pub samples: u32,
-    /// Paths that the cells in sight have had.
+    /// Paths that the nodes in sight have had.
     pub paths_per_cell: Option<u32>,
     #[serde(flatten)]
     pub error: Comparison,
@@ -175,7 +175,7 @@ pub struct SimilarityPoint {
 #[derive(Debug, Serialize)]
 pub struct CacheSetting {
     pub variant: String,
-    /// Paths that the cells in sight have had.
+    /// Paths that the nodes in sight have had.
     pub paths_per_cell: u32,
     /// The cache's own estimate of its error: it limits how far the other figures can be trusted.
     pub relative_error: f64,

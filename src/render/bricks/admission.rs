@@ -50,8 +50,8 @@ pub struct Loads {
 #[derive(Debug, PartialEq, Eq)]
 pub struct NoRoom;
 
-/// The invocations that are admitted: a range of their indices. It belongs to a piece of work, since other work may come in
-/// between.
+/// The invocations that are admitted: a range of their indices. Each piece of work has its own, because other work may run
+/// between two of its dispatches.
 #[derive(Debug)]
 pub struct Admission {
     order: Order,

@@ -53,7 +53,8 @@ impl Caching<'_> {
         self.cache.sight.widen();
     }
 
-    /// Gives every node a path soon, including those out of sight. Call it when the camera is about to move.
+    /// Gives nodes out of sight a path as well, for a camera that will move. To be called before the first batch: it decides
+    /// how the light begins, and has no effect on light that is there.
     pub fn roam(&mut self) {
         self.cache.sight.roams = true;
     }
@@ -121,7 +122,8 @@ impl Caching<'_> {
         Ok(has_ended)
     }
 
-    /// Marches all of it in one piece of work and encodes it for display: for pictures of few pixels.
+    /// Marches the whole picture in one submission, without slices, and encodes it for display. Meant for pictures of few
+    /// pixels, since the device is busy until it ends.
     pub fn march_at_once(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
         *self.under_way = UnderWay::Nothing;
         let (r, cache, tone_map) = (&*self.r, &*self.cache, self.tone_map);

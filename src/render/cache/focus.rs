@@ -6,8 +6,8 @@
 //! that another view is soon as good. Shares are powers of ½, since paths leave a node evenly in powers
 //! of two.
 //!
-//! Often most bricks are out of sight: behind surfaces, or deep in the medium. They get no path, unless the camera is
-//! about to move. What a path from elsewhere would read there it traces (`cache.glsl`).
+//! Often most bricks are out of sight: behind surfaces, or deep in the medium. They get no path, unless the camera is about
+//! to move. A path that comes to such a brick finds no light that it may read there, and goes on (`cache.glsl`).
 
 use glam::Vec3;
 
@@ -134,7 +134,7 @@ impl Focus {
         if sum == 0.0 {
             return self.widen();
         }
-        // A hair less: where all weigh the same, rounding must not halve their share.
+        // A thousandth less: where all bricks weigh the same, rounding must not halve their share.
         let typical = 0.999 * squares / sum;
         for ((share, weight), in_sight) in self.shares.iter_mut().zip(weights).zip(in_sight) {
             let wanted = (typical / weight).log2().ceil();

@@ -1,4 +1,5 @@
-//! What the cache's paths are for: which of its bricks the current view reads, and how much they weigh in it.
+//! Which of the cache's bricks the current view reads, and how much each weighs in the picture. Paths are divided among the
+//! bricks by that.
 
 use super::error::Measured;
 use super::focus::{self, Focus};

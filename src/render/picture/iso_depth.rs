@@ -55,8 +55,9 @@ impl IsoDepth {
             ("albedo", Binding::Image(albedo)),
         ];
         let bindings = [&r.volume_bindings()[..], &bindings].concat();
-        r.run_in_slices(frame, &self.pass, &bindings, &(), albedo.desc().extent)?;
-        let work = Work::texels(0, 2 * albedo.desc().texels());
+        let [width, height] = r.size;
+        r.run_in_slices(frame, &self.pass, &bindings, &(), [width, height, 1])?;
+        let work = Work::texels(0, 2 * u64::from(r.pixels()));
         frame.timings.state_work(self.pass.name, work);
         Ok(())
     }

@@ -46,7 +46,8 @@ impl ToneMap {
             ("shown", Binding::Image(shown)),
         ];
         recording.dispatch(&self.0, &bindings, push, [push.size[0], push.size[1], 1])?;
-        recording.state_work(Work::texels(picture.desc().texels(), 0));
+        let [width, height] = push.source.map(u64::from);
+        recording.state_work(Work::texels(width * height, 0));
         Ok(())
     }
 }

@@ -1,4 +1,4 @@
-//! The picture that is on its way in `unit_sum`, of which there is one at a time.
+//! What `unit_sum` holds: units of samples, or the mean of marched rays. It has room for one of them at a time.
 
 use super::bundle::BundleUnderWay;
 

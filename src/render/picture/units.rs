@@ -75,7 +75,7 @@ impl Renderer {
             // A preview ends also where a sample fails: other pictures wait for their bricks.
             let ended = bricks.end_preview(&mut self.frame, &r.volume);
             self.begin_picture();
-            ended?;
+            return sampled.and(ended);
         }
         sampled
     }
@@ -97,6 +97,6 @@ impl Renderer {
     }
 
     pub(in crate::render) fn pixels(&self) -> u32 {
-        self.resources.size[0] * self.resources.size[1]
+        self.resources.pixels()
     }
 }

@@ -70,11 +70,11 @@ impl Planner<'_> {
     fn why_not(&self, planned: &Result<Plan>) -> Option<Obstacle> {
         let (needed, why) = match planned {
             Ok(plan)
-                if let Some(cells) = plan.variant.cache().and_then(|c| self.too_many_nodes(c)) =>
+                if let Some(nodes) = plan.variant.cache().and_then(|c| self.too_many_nodes(c)) =>
             {
                 let bytes = human(plan.bytes());
                 let why = format!(
-                    "has {cells} cells, more than a CPU fills while it renders a picture of this size, and would take {bytes}"
+                    "has {nodes} nodes, more than a CPU can fill in the time of a picture of this size, and needs {bytes}"
                 );
                 (u64::MAX, why)
             }
@@ -105,7 +105,7 @@ fn reason(plan: &Plan, wanted: Variant, better: Option<&str>) -> String {
     };
     let chosen = plan.variant.description();
     match better {
-        None => format!("{asked}nothing better is needed than {chosen}"),
-        Some(why) => format!("{asked}it is the best that fits: {chosen}, while {why}"),
+        None => format!("{asked}no variant is better than {chosen}"),
+        Some(why) => format!("{asked}it is the best that fits: {chosen}; {why}"),
     }
 }

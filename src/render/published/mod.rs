@@ -32,7 +32,7 @@ const STEPS: u32 = 8;
 /// iterations as n frames would have made, up to a limit for pictures at rest.
 const DEPTH_ITERATIONS_PER_ROUND: u32 = 100;
 const MOST_DEPTH_ITERATIONS: u32 = 1000;
-/// Stands for a majorant of zero: a flight then leaves any volume, at an infinite distance in the smallest ones.
+/// In place of a majorant of 0, which would divide by 0. Flights become so long that they leave any volume.
 const LEAST_MAJORANT: f32 = 1e-30;
 
 pub struct Published {

@@ -42,8 +42,9 @@ impl PublishedMarch {
             ("mean", Binding::Image(&r.mean)),
         ];
         let bindings = [&r.volume_bindings()[..], &r.lights.bindings(), &bindings].concat();
-        frame.run_in_slices(&self.0, &bindings, push, r.mean.desc().extent)?;
-        let work = Work::texels(0, r.mean.desc().texels());
+        let [width, height] = r.size;
+        frame.run_in_slices(&self.0, &bindings, push, [width, height, 1])?;
+        let work = Work::texels(0, r.pixels().into());
         frame.timings.state_work(self.0.name, work);
         Ok(())
     }

@@ -20,7 +20,7 @@ pub fn describe(file: &SceneFile, volume: &Volume, scene: &Scene) -> String {
     for line in [
         "The scene with its defaults filled in; lines such as `# series = 1` show keys that are not set.",
         "Colours are linear Rec. 709, lengths are world units (those of the volume's spacing), values are",
-        "the data's own. Paths start at the folder of this file: as printed, it belongs where isolume ran.",
+        "the data's own. Paths are relative to this file's folder: as printed, to that where isolume ran.",
     ] {
         page.comment(line);
     }

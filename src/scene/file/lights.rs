@@ -152,7 +152,7 @@ impl SceneFile {
                 sum = std::array::from_fn(|c| sum[c] + radiance[c]);
             }
         }
-        Ok(sum)
+        self.triple("light", sum, LIGHT)
     }
 
     /// The sum of the environments' images, if there are any.

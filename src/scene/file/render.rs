@@ -45,8 +45,8 @@ impl SceneFile {
             exposure: self.number("render.exposure", exposure, EXPOSURE)?,
             tone: table.tone.unwrap_or(Tone::Linear),
         };
-        match settings.clash() {
-            Some(clash) => Err(self.origins.error("render.max_bounces", clash)),
+        match settings.conflict() {
+            Some(conflict) => Err(self.origins.error("render.max_bounces", conflict)),
             None => Ok(settings),
         }
     }
@@ -118,7 +118,7 @@ pub(super) fn describe_render(page: &mut Page, render: &RenderSettings) {
     page.line(
         "cache_scale",
         render.cache_scale,
-        "cells per voxel and axis: \"auto\", 1, 0.5, 0.25, 0.125",
+        "nodes per voxel and axis: \"auto\", 1, 0.5, 0.25, 0.125",
     );
     page.line(
         "cache_format",

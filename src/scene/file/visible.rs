@@ -1,4 +1,5 @@
-//! Checks whether there is anything to see: an empty picture is a puzzle; a sentence about its cause is not.
+//! Checks that the picture is not empty for a reason that can be named: isovalues outside the data, or a medium that is
+//! clear everywhere.
 
 use super::SceneFile;
 use crate::error::{Result, figure};

@@ -121,7 +121,9 @@ pub(super) fn describe_volume(page: &mut Page, file: &SceneFile, volume: &Volume
     ] {
         page.line_or_comment(key, given, 0, meaning);
     }
-    page.line("spacing", volume.spacing, "world units a voxel");
+    // As keys, they would be wrong for another series or level, or another file.
+    let world = "world units a voxel";
+    page.line_or_comment("spacing", table.spacing, volume.spacing, world);
     let grow = "where i, j, k of the file grow: L|R, A|P, S|I";
     let example = format!("axes = \"LPI\" says {grow}");
     match (&table.axes, volume.file_axes) {
@@ -132,5 +134,5 @@ pub(super) fn describe_volume(page: &mut Page, file: &SceneFile, volume: &Volume
         (None, None) => page.comment(&format!("axes: orientation unknown; a key {example}")),
     }
     let whole = [[0; 3], volume.dims];
-    page.line("crop", table.crop.unwrap_or(whole), "voxels, [low, high)");
+    page.line_or_comment("crop", table.crop, whole, "voxels, [low, high)");
 }

@@ -48,7 +48,7 @@ pub use series::{Preview, Series};
 use source::Source;
 use source::spool::Spool;
 use statistics::Statistics;
-pub use storage::{Level, Storage};
+pub use storage::{Level, MOST_NAMES, Storage};
 use store::Keeping;
 pub use store::clean::{Removed, clean};
 use store::file::Known;

@@ -169,7 +169,7 @@ fn find(
     notes: &mut Vec<String>,
 ) -> Option<Known> {
     place?.find(conversion.stored()).unwrap_or_else(|fault| {
-        notes.push(format!("{fault}; it is not used, and made anew if need be"));
+        notes.push(format!("{fault}; it is ignored, and rebuilt if needed"));
         None
     })
 }
@@ -221,7 +221,7 @@ fn geometry(header: &Header, overrides: &VolumeOverrides) -> Keyed<([f64; 3], Or
         (Some(spacing), Some(axes)) => (spacing, axes),
         (spacing, axes) => {
             let (its_spacing, its_axes) = header.geometry.clone().map_err(|fault| {
-                format!("{fault}; with `spacing` and `axes` given, the file's do not count")
+                format!("{fault}; give `spacing` and `axes`, which replace the file's")
             })?;
             (spacing.unwrap_or(its_spacing), axes.unwrap_or(its_axes))
         }

@@ -2,16 +2,20 @@
 
 use serde::Serialize;
 
+/// The most channels whose names are kept or listed: a few bytes of a file can promise billions of channels.
+pub const MOST_NAMES: u32 = 1 << 16;
+
 /// A field is empty or `None` where a format does not have it.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Storage {
     pub format: &'static str,
     /// `None` if there is none.
     pub compression: Option<String>,
     /// The unit of the spacing.
     pub unit: Option<String>,
-    /// Names of the channels, or "" for those that have none.
-    pub channels: Vec<String>,
+    pub channels: u32,
+    /// Names of the first channels, as far as there are names; "" for one that has none.
+    pub channel_names: Vec<String>,
     pub times: u32,
     /// The resolutions, the finest first.
     pub levels: Vec<Level>,
@@ -31,28 +35,28 @@ pub struct Level {
 impl Storage {
     /// One line for each known property.
     pub fn lines(&self) -> Vec<(&'static str, String)> {
-        let of = |chosen: Option<u32>, count: usize| format!("{} of {count}", chosen.unwrap_or(0));
+        let of = |chosen: Option<u32>, count: u32| format!("{} of {count}", chosen.unwrap_or(0));
         let mut lines = vec![("format", self.format.to_string())];
         let compression = self.compression.as_deref().unwrap_or("none");
         lines.push(("compression", compression.to_string()));
         if let Some(unit) = &self.unit {
             lines.push(("unit", unit.clone()));
         }
-        if self.channels.len() > 1 {
-            let names = self.channels.iter().filter(|name| !name.is_empty());
+        if self.channels > 1 {
+            let names = self.channel_names.iter().filter(|name| !name.is_empty());
             let names: Vec<&str> = names.map(String::as_str).collect();
             let names = if names.is_empty() {
                 String::new()
             } else {
                 format!(" ({})", names.join(", "))
             };
-            lines.push(("channel", of(self.channel, self.channels.len()) + &names));
+            lines.push(("channel", of(self.channel, self.channels) + &names));
         }
         if self.times > 1 {
-            lines.push(("time", of(self.time, self.times as usize)));
+            lines.push(("time", of(self.time, self.times)));
         }
         if self.levels.len() > 1 {
-            lines.push(("level", of(self.level, self.levels.len())));
+            lines.push(("level", of(self.level, self.levels.len() as u32)));
             for (n, level) in self.levels.iter().enumerate() {
                 let [x, y, z] = level.dims;
                 let [a, b, c] = level.spacing;
@@ -64,7 +68,6 @@ impl Storage {
 
     /// Remarks for the user on channels and times that are not the volume.
     pub fn notes(&self) -> Vec<String> {
-        let channels = self.channels.len() as u32;
         let of = |key: &str, chosen: Option<u32>, count: u32| {
             let chosen = chosen.unwrap_or(0);
             (count > 1).then(|| {
@@ -74,7 +77,7 @@ impl Storage {
                 )
             })
         };
-        let channel = of("channel", self.channel, channels);
+        let channel = of("channel", self.channel, self.channels);
         let time = of("time", self.time, self.times);
         channel.into_iter().chain(time).collect()
     }

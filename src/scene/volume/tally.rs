@@ -1,4 +1,4 @@
-//! Tallies: what is found out of the values of a volume one after another, such as a histogram, on several cores.
+//! Tallies: summaries of the values of a volume, such as a histogram, which are built up value by value on several cores.
 
 use bytemuck::cast_slice_mut;
 use rayon::prelude::*;
@@ -10,7 +10,7 @@ use crate::error::Result;
 /// Voxels of a piece of the walk through floats.
 const PIECE: usize = 2 << 20;
 
-/// What is found out of values one after another, on several cores.
+/// A summary that is built up value by value, on several cores.
 pub(super) trait Tally: Clone + Send + Sync {
     fn add(&mut self, value: f64, count: u64);
 

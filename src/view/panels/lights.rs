@@ -44,7 +44,7 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
     let sky = &mut session.scene.lights.environment.radiance;
     brightness(ui, "sky", sky, BRIGHTEST_SKY);
     if session.scene.lights.environment.image.is_some() {
-        ui.weak("and the sky's image");
+        ui.weak("plus the sky's image");
     }
 }
 

@@ -212,6 +212,10 @@ fn what_follows_from_values_out_of_range() {
     let offset = of("[[clip]]\nnormal = [1e-37, 0, 0]\noffset = 100");
     let expected = ":3: clip.0.offset: found 100 with a normal of length 1e-37, expected";
     assert!(offset.contains(expected), "{offset}");
+    let sky = "[[light]]\ntype = \"environment\"\nradiance = [1e15, 0, 0]\n";
+    let sum = of(&sky.repeat(2));
+    let expected = "light: found [2000000000000000.0, 0.0, 0.0], expected each to be 0 or";
+    assert!(sum.contains(expected), "{sum}");
     for camera in ["fov_y = 1e-37", "target = [1e30, 0, 0]\nview = \"+x\""] {
         let eye = of(&format!("[camera]\n{camera}"));
         assert!(

@@ -80,7 +80,7 @@ fn has_channels(path: &Path, channels: &[Array]) {
         is_read(path, &at(Some(channel as u32), None), expected);
     }
     let volume = Volume::load(path, &at(Some(1), None)).unwrap();
-    assert_eq!(volume.storage.channels.len(), channels.len());
+    assert_eq!(volume.storage.channels as usize, channels.len());
     assert!(
         volume.notes[0].contains("channel 1 of"),
         "{:?}",

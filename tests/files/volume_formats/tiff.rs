@@ -88,6 +88,19 @@ fn strips_tiles_and_predictors_are_one_volume() {
 }
 
 #[test]
+fn a_palette_is_told() {
+    let tiff = Tiff {
+        photometric: 3,
+        ..Tiff::default()
+    };
+    let array = textured([5, 4, 2], VoxelType::U8, Endian::Little);
+    let folder = folder();
+    let volume = plain(&write(folder.path(), "v.tif", tiff.write(&array)));
+    assert_eq!(values(&volume), array.values);
+    assert!(volume.notes[0].contains("palette"), "{:?}", volume.notes);
+}
+
+#[test]
 fn a_last_strip_may_be_padded() {
     let array = textured([37, 29, 2], VoxelType::U16, Endian::Little);
     for compression in CODECS {
@@ -154,7 +167,7 @@ fn ome_says_what_each_page_is() {
             assert_eq!(values(&volume), pages.concat(), "{order} {data}");
             assert_eq!(volume.spacing, [500.0, 250.0, 2000.0]);
             assert_eq!(volume.storage.unit.as_deref(), Some("nm"));
-            assert_eq!(volume.storage.channels, ["DAPI", "GFP"]);
+            assert_eq!(volume.storage.channel_names, ["DAPI", "GFP"]);
             assert!(!format!("{volume:?}").contains("Doe"));
         }
     }
@@ -284,7 +297,7 @@ fn damaged_strips_are_refused() {
         refuses(
             "v.tif",
             bytes,
-            &["page 1 of 3: a part of it, compressed with"],
+            &["page 1 of 3: a chunk of it, compressed with"],
         );
     }
 }

@@ -1,5 +1,7 @@
 //! TIFF: a folder of files with a page each.
 
+use std::fs::create_dir;
+
 use isolume::scene::volume::{Endian, VolumeOverrides, VoxelType};
 
 use super::tiff::{ome, textured};
@@ -27,6 +29,7 @@ fn a_folder_of_pages_is_sorted_by_number() {
 
     write(folder.path(), "notes.txt", "no page");
     write(folder.path(), "._slice 1.TIF", "no page either");
+    create_dir(folder.path().join("slices.tif")).unwrap();
     let volume = plain(folder.path());
     assert_eq!((volume.dims, values(&volume)), ([5, 4, 12], array.values));
     assert_eq!(volume.storage.format, "TIFF pages");

@@ -227,7 +227,7 @@ fn density_is_shown_unless_another_grid_is_picked() {
     assert_eq!(volume.voxel_type, VoxelType::I32);
     assert_eq!(volume.quantity, Some(Quantity::Density));
     assert_eq!(
-        volume.storage.channels,
+        volume.storage.channel_names,
         ["temperature", "density", "density", "again"]
     );
     let note = volume.notes.iter().find(|note| note.contains("vel"));

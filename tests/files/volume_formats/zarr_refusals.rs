@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use isolume::scene::volume::VoxelType;
+use isolume::scene::volume::{Volume, VoxelType};
 
 use super::zarr::{message_of, textured};
 use crate::volume_formats::folder;
@@ -90,6 +90,8 @@ fn what_is_no_image_is_refused() {
     message_of(&newer, &["is OME-Zarr 0.6 or later"]);
     let remote = Path::new("https://example.org/v.zarr");
     message_of(remote, &["address on the network", "download it first"]);
+    let listed = Volume::series(remote).unwrap_err().to_string();
+    assert!(listed.contains("address on the network"), "{listed}");
 }
 
 /// A thumbnail, and a chunk that would lie outside.

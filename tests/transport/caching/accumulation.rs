@@ -1,10 +1,10 @@
-//! A cell's mean after a million paths, in 16 bits.
+//! A node's mean after a million paths, in 16 bits.
 
 use isolume::scene::*;
 
 use crate::support::common::*;
 
-/// A single cell seen through all of it: the picture is the cell's value.
+/// A single node seen through all of it: the picture is the node's value.
 #[test]
 fn a_million_updates_in_16_bits_end_within_one_unit_in_the_last_place() {
     let camera = Camera {

@@ -15,7 +15,7 @@ struct Setting {
     /// Of a scene in `tests/references`.
     scene: &'static str,
     edits: &'static [&'static str],
-    /// Paths a cell, of a young cache and of a grown one.
+    /// Paths a node, of a young cache and of a grown one.
     updates: [u32; 2],
     /// Samples a pixel of either variant.
     at_rest: u32,

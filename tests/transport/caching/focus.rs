@@ -1,4 +1,4 @@
-//! Cells in sight get most paths: that pays, and whoever looks from elsewhere is not left behind.
+//! Nodes in sight get most paths: that pays, and whoever looks from elsewhere is not left behind.
 
 use isolume::render::{Batch, Until};
 use isolume::scene::volume::Volume;

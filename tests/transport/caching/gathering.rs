@@ -1,4 +1,4 @@
-//! Young cells gather what the cache shows so far: less work for no more noise, and forgotten in time.
+//! Young nodes gather what the cache shows so far: less work for no more noise, and forgotten in time.
 
 use isolume::gpu::Shaders;
 use isolume::render::{CacheLayout, Variant as RenderVariant};
@@ -83,7 +83,7 @@ fn shaders_that_remember() -> Shaders {
     shaders_with("merge_parts.comp", text, right, wrong)
 }
 
-/// Of four young caches, by their seeds, with so many paths a cell: error of what they show, against `exact`, and reads of
+/// Of four young caches, by their seeds, with so many paths a node: error of what they show, against `exact`, and reads of
 /// the volume.
 fn error_and_lookups(mut cached: Cached, updates: u32, exact: &[[f32; 4]]) -> [f64; 2] {
     let mut squares = 0.0;

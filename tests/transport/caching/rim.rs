@@ -49,7 +49,7 @@ pub fn sum(picture: &[[f32; 4]]) -> f64 {
 }
 
 /// What the means of a cached picture at rest and of one in motion are off by, relative to that of an uncached one, of which
-/// there are several; and the first one's standard error. Each cell has so many paths.
+/// there are several; and the first one's standard error. Each node has so many paths.
 pub fn measure(
     scene: &Scene,
     volume: &Volume,
@@ -148,7 +148,7 @@ fn light_behind_the_faces_in_a_young_cache() {
         let mut scene = scene(0.9);
         scene.medium = Some(uniform_medium(0.9, 0.7, g));
         scene.lights.environment.radiance = [1.0; 3];
-        let what = format!("16 paths a cell, g = {g}");
+        let what = format!("16 paths a node, g = {g}");
         let in_motion = [-0.45..0.005, -0.67..0.005];
         assert_agrees(&what, &scene, &full(), [8, 16], [0.006; 2], in_motion);
     }

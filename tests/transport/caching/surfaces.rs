@@ -1,4 +1,4 @@
-//! Surfaces that stop light: no cell may carry it through a wall, and shadows keep their edges.
+//! Surfaces that stop light: no node may carry it through a wall, and shadows keep their edges.
 
 use isolume::render::Film;
 use isolume::scene::*;

@@ -7,7 +7,7 @@ use crate::caching::rim::assert_agrees;
 use crate::support::common::*;
 use crate::support::small_scenes::sun;
 
-/// Seeds, and paths of each cell.
+/// Seeds, and paths of each node.
 const RUNS: [u32; 2] = [4, 128];
 
 /// A ramp along x, in which a tent between 64 and 192 is a layer.

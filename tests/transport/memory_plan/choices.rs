@@ -210,7 +210,7 @@ fn emptiness_costs_next_to_nothing() {
     );
     assert_choices(
         (dense(128, Kind::U8), as_it_is),
-        &[(lavapipe, Heap, Ok(HALF_F32), "caching at scale 1 in f16 has 2097152 cells")],
+        &[(lavapipe, Heap, Ok(HALF_F32), "caching at scale 1 in f16 has 2097152 nodes")],
     );
 }
 

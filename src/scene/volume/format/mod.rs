@@ -154,13 +154,6 @@ impl Format {
 }
 
 pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
-    if path.to_string_lossy().contains("://") {
-        return Err(
-            "is an address on the network, expected a file or folder on this machine; download it \
-             first, an OME-Zarr with `ome_zarr download`"
-                .into(),
-        );
-    }
     let format = format_of(path)?;
     check_keys(format, overrides)?;
     let mut header = (format.read)(path, overrides)?;
@@ -185,6 +178,13 @@ pub(super) fn previews(path: &Path) -> Parsed<Vec<Preview>> {
 }
 
 fn format_of(path: &Path) -> Parsed<&'static Format> {
+    if path.to_string_lossy().contains("://") {
+        return Err(
+            "is an address on the network, expected a file or folder on this machine; download it \
+             first, an OME-Zarr with `ome_zarr download`"
+                .into(),
+        );
+    }
     if path.is_dir() {
         folder::format_of(path)
     } else {
@@ -250,7 +250,7 @@ fn check_keys(format: &Format, overrides: &VolumeOverrides) -> Keyed<()> {
 /// The formats that use a key, for a message.
 fn users(key: &str) -> String {
     if DESCRIBING.contains(&key) {
-        return ".raw files, this one's own header says it".into();
+        return ".raw files, since all others state it themselves".into();
     }
     let mut names: Vec<&str> = Vec::new();
     for format in FORMATS.iter().filter(|format| format.keys.contains(&key)) {
@@ -285,7 +285,7 @@ mod tests {
     fn a_key_names_the_formats_that_use_it() {
         let several = "NRRD, MetaImage, NIfTI, TIFF, OpenVDB and OME-Zarr";
         for (key, expected) in [
-            ("endian", ".raw files, this one's own header says it"),
+            ("endian", ".raw files, since all others state it themselves"),
             ("channel", several),
             ("time", several),
             ("level", "TIFF and OME-Zarr"),

@@ -4,7 +4,6 @@
 //! They follow one another as whole volumes, or side by side as the values of one voxel. One of them is the volume; of
 //! whole volumes, only that one's bytes are read.
 
-use std::iter::repeat;
 use std::path::Path;
 
 use crate::scene::volume::overrides::VolumeOverrides;
@@ -47,16 +46,6 @@ pub fn pick(key: &'static str, wanted: Option<u32>, count: u32) -> Keyed<u32> {
             format!("found {wanted}, expected 0 to {}", count - 1),
         )),
     }
-}
-
-/// The most channels for which names are kept: a few bytes of a file can promise billions.
-const MOST_NAMES: u32 = 1 << 16;
-
-/// A name for each of `count` channels, or "" for those that have none.
-pub fn channel_names(names: impl IntoIterator<Item = String>, count: u32) -> Vec<String> {
-    let unnamed = repeat(String::new());
-    let names = names.into_iter().chain(unnamed);
-    names.take(count.min(MOST_NAMES) as usize).collect()
 }
 
 impl Several {
@@ -105,7 +94,7 @@ impl Several {
         let channel = pick("channel", overrides.channel, count(Channel))?;
         let time = pick("time", overrides.time, count(Time))?;
         Ok(Storage {
-            channels: channel_names([], self.count(Channel).unwrap_or(0)),
+            channels: self.count(Channel).unwrap_or(0),
             channel: self.count(Channel).map(|_| channel),
             times: self.count(Time).unwrap_or(0),
             time: self.count(Time).map(|_| time),

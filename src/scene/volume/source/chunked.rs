@@ -192,7 +192,7 @@ impl Chunked {
             Ok(content)
         } else {
             Err(format!(
-                "a part of it decodes to {} bytes, expected {}: the file is damaged",
+                "a chunk of it decodes to {} bytes, expected {}: the file is damaged",
                 voxels.len(),
                 last * self.voxel_bytes
             ))

@@ -224,6 +224,31 @@ fn uneven_slices_are_resampled_to_their_median() {
     }
 }
 
+/// As in many a head: the thick ones are twice as far apart, and nothing lies between them.
+#[test]
+fn thick_slices_above_thin_ones_are_no_gaps() {
+    let with = |places: &[f64], thick: [f64; 5]| {
+        let mut scan = with_slices_at(places);
+        for (slice, thickness) in scan.slices.iter_mut().zip(thick) {
+            slice.thickness = Some(thickness);
+        }
+        scan
+    };
+    let thick = [2.5, 2.5, 2.5, 5.0, 5.0];
+    let places = [0.0, 2.5, 5.0, 10.0, 15.0];
+    let volume = loaded(&with(&places, thick));
+    has(&volume.notes, "2.5 to 5 mm apart and resampled");
+    // Where all are as thick, two are missing, and where one is missing among the thick ones, that one.
+    let message = refused_scan(&with(&places, [5.0; 5]));
+    assert!(message.contains("2 of 7 slices are missing"), "{message}");
+    let far = [0.0, 2.5, 5.0, 10.0, 20.0];
+    let message = refused_scan(&with(&far, thick));
+    assert!(
+        message.contains("1 of 6 slices is missing, at 15 mm"),
+        "{message}"
+    );
+}
+
 #[test]
 fn places_that_differ_by_rounding_are_even() {
     let mut scan = Scan::ct();

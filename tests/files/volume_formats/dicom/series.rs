@@ -259,7 +259,10 @@ fn what_repeats_at_each_place_is_several_volumes() {
         let series = Volume::series(folder.path()).unwrap();
         let slices: Vec<_> = series.iter().map(|one| one.slices).collect();
         assert_eq!(slices, [SLICES as u32; MOMENTS]);
-        has(&series[1].notes, "its first instance is 2");
+        has(
+            &series[1].notes,
+            "the first of its slices has InstanceNumber 2",
+        );
         for moment in 0..MOMENTS {
             let volume = picked(folder.path(), Pick::Number(moment as u32 + 1)).unwrap();
             assert_eq!(values(&volume), of_moment(moment));

@@ -17,7 +17,7 @@ pub fn compare(reader: &FrameReader, doubles: &[(At, At)], remedy: &str) -> Pars
             Ok(())
         } else {
             Err(format!(
-                "{} and {} lie at one place and hold different pixels, expected one slice for each place{remedy}",
+                "{} and {} have one position but different pixels, expected one slice per position{remedy}",
                 name(*one),
                 name(*other)
             ))

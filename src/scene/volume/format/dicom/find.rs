@@ -14,7 +14,7 @@ use crate::scene::volume::parsed::Parsed;
 
 use super::file::{self, Fault};
 use super::frame::Frame;
-use super::image::{Content, Image, understand};
+use super::image::{Content, Image, interpret};
 use super::other::{Other, UNPLACED, UNREADABLE_COPY};
 
 /// The most levels of nested folders.
@@ -58,7 +58,7 @@ fn examine(path: &Path) -> Parsed<Found> {
         return look_at(files, path);
     }
     let parsing = file::parse(path)?.ok_or("is no DICOM file")?;
-    match understand(parsing)? {
+    match interpret(parsing)? {
         Content::Image(image) => Ok(Found {
             images: vec![*image],
             ..Found::default()
@@ -177,7 +177,7 @@ fn listed(folder: &Path, name: &[String]) -> Option<PathBuf> {
 fn look_at(files: Vec<PathBuf>, folder: &Path) -> Parsed<Found> {
     let looked = files.into_par_iter().map(|path| {
         let content = file::parse(&path).and_then(|parsing| {
-            let understood = parsing.map(understand).transpose();
+            let understood = parsing.map(interpret).transpose();
             understood.map_err(Fault::Content)
         });
         (path, content)
@@ -275,7 +275,7 @@ impl Found {
     }
 
     /// The reason why there is no volume.
-    pub fn nothing(&self) -> String {
+    pub fn why_empty(&self) -> String {
         if let Some(FirstOther { name: None, why }) = &self.first_other {
             return why.clone();
         }

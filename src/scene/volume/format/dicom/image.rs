@@ -87,7 +87,7 @@ impl Samples {
 }
 
 /// Interprets a header. A fault is a sentence about the file.
-pub fn understand(parsing: Parsing) -> Parsed<Content> {
+pub fn interpret(parsing: Parsing) -> Parsed<Content> {
     let data = &parsing.data_set;
     if let Some(files) = listed_files(data) {
         return Ok(Content::Directory(files));
@@ -110,7 +110,7 @@ pub fn understand(parsing: Parsing) -> Parsed<Content> {
     let samples = samples(data, pixels)?;
     if parsing.transfer.syntax.endian == Endian::Big && pixels.is_words && samples.bytes() == 1 {
         return Err(format!(
-            "its pixels of 8 bits stand in big-endian words, which is not read; {GDCMCONV}"
+            "its 8-bit pixels are in big-endian words, which is not supported; {GDCMCONV}"
         ));
     }
     let image = Image::new(parsing, pixels, samples)?;

@@ -90,13 +90,12 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let is_alone = found.images.len() == 1 && stack.slices.len() == 1;
     if is_alone && first_frame.plane.is_some() && !path.is_dir() {
         notes.push(
-            "it is one slice; all slices of its series are opened by the name of their folder"
-                .into(),
+            "it is one slice; to open all slices of its series, give the folder's name".into(),
         );
     }
     let (facts, storage) = (facts(first, &pairs), storage(first));
     if first.is_inverted {
-        let inverted = "the files say that the lowest values are white: values are inverted, so that the highest are white";
+        let inverted = "the files are MONOCHROME1 (low is white): values are inverted, so that the highest are white";
         notes.push(inverted.into());
     }
     let quantity = quantity(first);
@@ -105,7 +104,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let gaps = stack.gaps.clone();
     let source = Box::new(StackSource::new(images, stack, &values)?);
     let remedy = match (&overrides.series, groups.len() - 1) {
-        (None, others @ 1..) => elsewhere(others),
+        (None, others @ 1..) => other_volumes_hint(others),
         _ => String::new(),
     };
     source.compare_doubles(&remedy)?;
@@ -163,7 +162,7 @@ pub fn series(path: &Path) -> Parsed<Vec<Series>> {
     let found = find(path)?;
     let groups = group(&found.images);
     if groups.is_empty() {
-        return Err(found.nothing());
+        return Err(found.why_empty());
     }
     Ok(described(&found.images, &groups)
         .map(|(series, _)| series)
@@ -257,7 +256,7 @@ fn told_apart(images: &[Image], groups: &[Group]) -> Vec<String> {
         let told: Vec<String> = told.map(|i| format!("{} {}", own[i].0, own[i].1)).collect();
         match image.instance {
             Some(instance) if told.is_empty() && beside.len() > 1 => {
-                format!("its first instance is {instance}")
+                format!("the first of its slices has InstanceNumber {instance}")
             }
             _ => told.join(", "),
         }
@@ -276,7 +275,7 @@ fn incomplete(gaps: &str, found: &Found) -> String {
 }
 
 /// The end of a refusal of a volume beside which there are others that the user could mean.
-fn elsewhere(others: usize) -> String {
+fn other_volumes_hint(others: usize) -> String {
     let there_are = match others {
         1 => "there is 1 other volume".to_string(),
         _ => format!("there are {others} other volumes"),
@@ -287,7 +286,7 @@ fn elsewhere(others: usize) -> String {
 /// The index of the group that the user has picked, or of the largest.
 fn picked(found: &Found, groups: &[Group], pick: Option<&Pick>) -> Keyed<usize> {
     if groups.is_empty() {
-        return Err(found.nothing().into());
+        return Err(found.why_empty().into());
     }
     let count = groups.len();
     match pick {
@@ -347,7 +346,7 @@ fn others(found: &Found, groups: &[Group], shown: usize) -> Vec<String> {
     }
     if !found.others.is_empty() {
         notes.push(format!(
-            "passed over, being no volumes: {}",
+            "skipped, since not volumes: {}",
             found.counted_others()
         ));
     }

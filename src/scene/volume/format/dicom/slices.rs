@@ -41,7 +41,8 @@ pub struct EvenSlices {
 }
 
 impl EvenSlices {
-    /// Even slices from those at `places`, which grow by `distances`. A single slice is as thick as `thickness`.
+    /// Even slices from those at `places`, which grow by `distances`, and are as thick as `thickness` says: a single slice is
+    /// as high as that, and between thick ones fewer are missing than between thin ones.
     ///
     /// # Errors
     ///
@@ -49,12 +50,12 @@ impl EvenSlices {
     pub fn of(
         places: &[f64],
         distances: &[f64],
-        thickness: f64,
+        thickness: &[f64],
         notes: &mut Vec<String>,
     ) -> Parsed<EvenSlices> {
         let (Some(usual), Some(middle)) = (lower_median(distances), median(distances)) else {
             return Ok(EvenSlices {
-                spacing: thickness,
+                spacing: thickness[0],
                 slices: vec![Slice::exact(0)],
                 gaps: None,
             });
@@ -81,10 +82,15 @@ impl EvenSlices {
                 places.len(),
             ));
         }
-        if !has_steps {
+        let gaps = missing(
+            places,
+            distances,
+            &distances_of(thickness, distances, usual),
+        );
+        let is_of_thick = |distance: &f64| steps(*distance) > 1.0;
+        if !has_steps || gaps.is_none() && distances.iter().any(is_of_thick) {
             return Ok(EvenSlices::resampled(places, distances, middle, notes));
         }
-        let gaps = missing(places, distances, steps);
         let grid = EvenPlaces::through(places, distances.iter().copied().map(steps));
         let even = if grid.hold(places) {
             grid.slices(places)
@@ -101,18 +107,18 @@ impl EvenSlices {
         spacing: f64,
         notes: &mut Vec<String>,
     ) -> EvenSlices {
+        let length = places[places.len() - 1] - places[0];
+        let count = places_in(length, spacing) as usize;
         let place = |n: usize| places[0] + n as f64 * spacing;
-        let shift = (0..places.len()).map(|n| (places[n] - place(n)).abs());
+        let farthest = (0..count).map(|n| to_nearest(places, place(n)));
         let [least, most] = extremes(distances).map(shown);
         notes.push(format!(
-            "slices are {least} to {most} mm apart and resampled linearly to the median, {} mm, which shifts them by \
-             up to {} mm",
+            "slices are {least} to {most} mm apart and resampled linearly to the median, {} mm: new slices lie beside given \
+             ones by up to {} mm",
             shown(spacing),
-            shown(shift.fold(0.0, f64::max))
+            shown(farthest.fold(0.0, f64::max))
         ));
-        let length = places[places.len() - 1] - places[0];
-        let count = places_in(length, spacing);
-        let slices = (0..count as usize).map(|n| between(places, place(n), ROUNDING * spacing));
+        let slices = (0..count).map(|n| between(places, place(n), ROUNDING * spacing));
         EvenSlices {
             spacing: decimal(spacing),
             slices: slices.collect(),
@@ -195,11 +201,26 @@ fn extremes(distances: &[f64]) -> [f64; 2] {
     ]
 }
 
-/// A sentence that names the places where slices are missing, if any are.
-fn missing(places: &[f64], distances: &[f64], steps: impl Fn(f64) -> f64) -> Option<String> {
-    let pairs = distances.iter().zip(places);
-    let between = pairs.flat_map(|(distance, place)| {
-        let count = steps(*distance) as usize;
+/// The distance that is to be expected between each slice and the next, if `usual` is that of most: larger where slices are
+/// thicker than those.
+fn distances_of(thickness: &[f64], distances: &[f64], usual: f64) -> Vec<f64> {
+    let thicker: Vec<f64> = thickness
+        .windows(2)
+        .map(|pair| pair[0].max(pair[1]))
+        .collect();
+    let pairs = distances.iter().zip(&thicker);
+    let is_usual = |(distance, _): &(&f64, &f64)| (*distance / usual).round() <= 1.0;
+    let of_usual: Vec<f64> = pairs.filter(is_usual).map(|(_, thick)| *thick).collect();
+    let usual_thickness = lower_median(&of_usual).unwrap_or(1.0);
+    let expected = |thick: &f64| usual * (thick / usual_thickness).max(1.0);
+    thicker.iter().map(expected).collect()
+}
+
+/// A sentence that names the places where slices are missing, if any are. `expected` are the distances without any.
+fn missing(places: &[f64], distances: &[f64], expected: &[f64]) -> Option<String> {
+    let pairs = distances.iter().zip(expected).zip(places);
+    let between = pairs.flat_map(|((distance, expected), place)| {
+        let count = (distance / expected).round() as usize;
         (1..count).map(move |n| place + n as f64 * distance / count as f64)
     });
     let missing: Vec<String> = between.map(|place| shown(place).to_string()).collect();
@@ -212,6 +233,14 @@ fn missing(places: &[f64], distances: &[f64], steps: impl Fn(f64) -> f64) -> Opt
             first_of(&missing, MOST_NAMED)
         )
     })
+}
+
+/// The distance from a place to the nearest of others, which ascend.
+fn to_nearest(places: &[f64], place: f64) -> f64 {
+    let above = places.partition_point(|other| *other < place);
+    let beside = &places[above.saturating_sub(1)..places.len().min(above + 1)];
+    let distances = beside.iter().map(|other| (other - place).abs());
+    distances.fold(f64::INFINITY, f64::min)
 }
 
 /// The slice at a place: the frame that is not farther from it than `near`, or an interpolation between two.

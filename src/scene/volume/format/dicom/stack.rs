@@ -88,7 +88,7 @@ impl Stack {
         let mut notes = Vec::new();
         let pixel_spacing = frame(images, first).pixel_spacing;
         let guess = pixel_spacing.is_none().then(|| {
-            "the size of its pixels is not known and taken as 1 mm; set volume.spacing".to_string()
+            "the size of its pixels is not known and taken as 1 mm; if that is wrong, set volume.spacing".to_string()
         });
         let [between_rows, between_columns] = pixel_spacing.unwrap_or([1.0; 2]);
         let thickness = frame(images, first).thickness.unwrap_or(1.0);
@@ -99,13 +99,15 @@ impl Stack {
         };
         let placed = Placed::in_order(images, group, plane);
         let distances = placed.distances();
-        let even = EvenSlices::of(&placed.places, &distances, thickness, &mut notes)?;
+        let thick = |at: &At| frame(images, *at).thickness.unwrap_or(thickness);
+        let thick: Vec<f64> = placed.frames.iter().map(thick).collect();
+        let even = EvenSlices::of(&placed.places, &distances, &thick, &mut notes)?;
         let shifts = placed.shifts(images, between_columns, between_rows, &mut notes)?;
         let lowest = shifts.iter().copied().fold(0.0, f64::max);
         let more_rows = (lowest - EXACT).ceil().max(0.0);
         if more_rows > MOST_INVENTED * f64::from(image.rows) {
             return Err(format!(
-                "its slices lie up to {lowest:.0} rows beside each other, expected slices one behind the other"
+                "its slices are shifted by up to {lowest:.0} rows, expected slices one behind the other"
             ));
         }
         let [row, column] = plane.along;

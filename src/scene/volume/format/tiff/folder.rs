@@ -49,7 +49,7 @@ fn files(folder: &Path) -> Parsed<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(|e| e.to_string())? {
         let path = entry.map_err(|e| e.to_string())?.path();
-        if is_page(&path) {
+        if is_page(&path) && !path.is_dir() {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             files.push((name.into_owned(), path));
         }

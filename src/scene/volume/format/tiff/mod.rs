@@ -31,7 +31,7 @@ use pages::{Pages, named};
 pub use folder::{is_page, read_folder};
 
 use super::header::Header;
-use super::several::{channel_names, pick};
+use super::several::pick;
 use crate::scene::volume::Source;
 use crate::scene::volume::orientation::Orientation;
 use crate::scene::volume::overrides::VolumeOverrides;
@@ -174,7 +174,8 @@ fn stack(
     let storage = Storage {
         compression: (layout.codec != Codec::Plain).then(|| layout.codec.name().to_string()),
         unit: meaning.size.unit,
-        channels: channel_names(meaning.names, meaning.channels),
+        channels: meaning.channels,
+        channel_names: meaning.names,
         times: meaning.times,
         levels,
         channel: Some(channel),
@@ -187,6 +188,12 @@ fn stack(
     notes.extend(of_size);
     if layout.is_white_zero {
         notes.push("the file says that 0 is white; its values are taken as they are".into());
+    }
+    if layout.has_palette {
+        notes.push(
+            "the file shows its values in the colours of a palette; they are taken as they are"
+                .into(),
+        );
     }
     if layout.is_turned {
         notes.push("the file says that its pictures are turned or mirrored for display; they are taken as they are".into());

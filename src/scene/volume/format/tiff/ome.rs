@@ -9,8 +9,8 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use super::meaning::Meaning;
 use super::voxel_size::VoxelSize;
-use crate::scene::volume::format::several::channel_names;
 use crate::scene::volume::parsed::{Parsed, unexpected};
+use crate::scene::volume::storage::MOST_NAMES;
 
 /// Nodes for each page of the file, and for everything that is not about pages.
 const NODES_FOR_PAGE: u32 = 64;
@@ -85,7 +85,7 @@ pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning>
         // A name for each sample would be as many copies of it as a file likes.
         once(name).chain(repeat_n(String::new(), others))
     });
-    let names = channel_names(names, channels);
+    let names = names.take(channels.min(MOST_NAMES) as usize).collect();
     let sizes = [channels / samples, depth, times].map(|size| size as usize);
     let order = order(pixels.attribute("DimensionOrder").unwrap_or("XYZCT"), sizes)?;
     let places = places(&pixels, order, planes as usize, pages)?;

@@ -32,6 +32,8 @@ pub struct Layout {
     pub is_grey: bool,
     /// Whether small values are displayed bright.
     pub is_white_zero: bool,
+    /// Whether values are displayed in the colours of a palette.
+    pub has_palette: bool,
     /// Whether pictures are displayed turned or mirrored.
     pub is_turned: bool,
 }
@@ -87,6 +89,7 @@ impl Page {
             predictor: Predictor::of_number(number(Tag::Predictor)?.unwrap_or(1))?,
             is_grey: matches!(shades, None | Some(0 | 1)),
             is_white_zero: shades == Some(0),
+            has_palette: shades == Some(3),
             is_turned: number(Tag::Orientation)?.is_some_and(|orientation| orientation != 1),
         };
         layout.check()?;

@@ -58,7 +58,8 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
 
     let storage = Storage {
         compression: grid.compression.name(),
-        channels: names,
+        channels: grids.len() as u32,
+        channel_names: names,
         times: 1,
         levels: vec![Level {
             dims,

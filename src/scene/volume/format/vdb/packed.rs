@@ -123,7 +123,7 @@ impl<'m> Packed<'m> {
             return Ok((bytes, is_packed));
         }
         Err(format!(
-            "it has a node with {bytes} bytes for {plain}: the file is damaged"
+            "a node takes {bytes} bytes, expected at most {plain} and 16 more: the file is damaged"
         ))
     }
 

@@ -136,7 +136,7 @@ impl Tree {
             let size = high[a] - low[a];
             dims[a] = u32::try_from(size).map_err(|_| {
                 let (axis, most) = (["x", "y", "z"][a], u32::MAX);
-                format!("its active voxels take {size} places along {axis}, expected at most {most}; write a part of it")
+                format!("its active voxels span {size} voxels along {axis}, expected at most {most}; write a part of it")
             })?;
         }
         Ok(dims)

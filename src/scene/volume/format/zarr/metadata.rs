@@ -20,16 +20,16 @@ pub fn json<T: for<'a> Deserialize<'a>>(path: &Path) -> Parsed<T> {
         ));
     }
     let parsed = serde_json::from_slice(&bytes);
-    let parsed = parsed.or_else(|error| match without_bare_numbers(&bytes) {
+    let parsed = parsed.or_else(|error| match with_quoted_numbers(&bytes) {
         Some(plain) => serde_json::from_slice(&plain),
         None => Err(error),
     });
     parsed.map_err(|e| format!("{name}: {e}"))
 }
 
-/// JSON has no word for numbers that are none; Python writes them all the same, and here they become `null`. `None`
+/// JSON cannot express NaN and infinities; Python writes them all the same, and here they become texts, as Zarr has them. `None`
 /// where there are none of them.
-fn without_bare_numbers(json: &[u8]) -> Option<Vec<u8>> {
+fn with_quoted_numbers(json: &[u8]) -> Option<Vec<u8>> {
     const BARE: [&[u8]; 3] = [b"-Infinity", b"Infinity", b"NaN"];
     let mut plain = Vec::with_capacity(json.len());
     let (mut is_text, mut has_any) = (false, false);
@@ -43,7 +43,10 @@ fn without_bare_numbers(json: &[u8]) -> Option<Vec<u8>> {
         };
         is_text ^= *byte == b'"';
         let (token, after) = rest.split_at(length.min(rest.len()));
-        plain.extend(if bare.is_some() { b"null" } else { token });
+        match bare {
+            Some(bare) => plain.extend([b"\"", *bare, b"\""].concat()),
+            None => plain.extend(token),
+        }
         has_any |= bare.is_some();
         rest = after;
     }

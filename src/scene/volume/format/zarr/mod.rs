@@ -22,7 +22,7 @@ use chunks::{ArrayChunks, Axis};
 use ome::{image, metadata_file};
 
 use super::header::Header;
-use super::several::{channel_names, pick};
+use super::several::pick;
 use crate::scene::volume::orientation::Orientation;
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::{Keyed, Parsed, unexpected};
@@ -147,7 +147,8 @@ fn volume(
     let storage = Storage {
         compression: array.compression.clone(),
         unit: unit(dimensions, "x").map(symbol),
-        channels: channel_names(names, length("c")),
+        channels: length("c"),
+        channel_names: names,
         times: length("t"),
         levels,
         channel: Some(channel),

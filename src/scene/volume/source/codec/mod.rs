@@ -70,13 +70,13 @@ impl Codec {
         match decoded {
             Ok(decoded) if decoded.len() == expected => Ok(decoded),
             Ok(decoded) => Err(format!(
-                "a part of it, compressed with {}, decodes to {} bytes, expected {expected}: the file is \
+                "a chunk of it, compressed with {}, decodes to {} bytes, expected {expected}: the file is \
                  damaged",
                 self.name(),
                 decoded.len()
             )),
             Err(fault) => Err(format!(
-                "a part of it, compressed with {}, is damaged: {fault}",
+                "a chunk of it, compressed with {}, is damaged: {fault}",
                 self.name()
             )),
         }
