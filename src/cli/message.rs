@@ -8,7 +8,7 @@ use crate::render::{ENVIRONMENT_IMAGE, TRANSFER_FUNCTION, UNIT_SUM, VOLUME};
 /// One sentence with the fact and its remedy.
 pub fn message(error: &Error) -> String {
     match error {
-        Error::Memory(why) => match remedy(why) {
+        Error::Memory(why) => match remedy(why, "--size") {
             Some(remedy) => format!("{why}: {remedy}"),
             None => why.to_string(),
         },
@@ -63,13 +63,20 @@ fn or_else(lacking: Lacking) -> &'static str {
     }
 }
 
-/// What lets a picture be made with the memory that there is; `None` where a resource does not tell.
-fn remedy(error: &MemoryError) -> Option<String> {
+/// What lets a picture be made with the memory that there is; `None` where a resource does not tell. `size` is the flag that
+/// sets the picture's size.
+fn remedy(error: &MemoryError, size: &str) -> Option<String> {
     let remedy = match error {
         MemoryError::Plan { largest, .. } => {
-            return Some(format!("raise --vram-budget, or {}", smaller(largest)));
+            return Some(format!(
+                "raise --vram-budget, or {}",
+                smaller(largest, size)
+            ));
         }
-        MemoryError::BesideWindow { why, .. } => return remedy(why),
+        MemoryError::BesideWindow { why, .. } => return remedy(why, WINDOW),
+        MemoryError::Budget { resource, .. } if resource.starts_with(OF_WINDOW) => {
+            return Some(format!("raise --vram-budget, or lower {WINDOW}"));
+        }
         MemoryError::Cache {
             has_smaller: true, ..
         } => {
@@ -81,14 +88,16 @@ fn remedy(error: &MemoryError) -> Option<String> {
         }
         MemoryError::Allocation { resource, .. }
         | MemoryError::Buffer { resource, .. }
-        | MemoryError::Image { resource, .. } => smaller(resource),
+        | MemoryError::Image { resource, .. } => return Some(smaller(resource, size)),
         MemoryError::CacheScale {
             has_coarser: true, ..
         } => "lower --cache-scale, or choose --variant auto",
         MemoryError::CacheScale { .. } => "choose --variant auto",
         MemoryError::CacheNodes { .. } | MemoryError::CacheBricks { .. } => return None,
-        MemoryError::VolumeBricks { .. } => "raise --vram-budget or lower --size",
-        MemoryError::Picture { .. } => "lower --size",
+        MemoryError::VolumeBricks { .. } => {
+            return Some(format!("raise --vram-budget or lower {size}"));
+        }
+        MemoryError::Picture { .. } => return Some(format!("lower {size}")),
         MemoryError::Refused { .. } => "lower --vram-budget",
         MemoryError::Device { .. } => "lower --vram-budget, or close what else uses the device",
         MemoryError::Host { .. } => "close what else uses it, or lower --ram-budget",
@@ -96,13 +105,19 @@ fn remedy(error: &MemoryError) -> Option<String> {
     Some(remedy.into())
 }
 
+/// The flag that sets the size of a picture in the window.
+const WINDOW: &str = "--window";
+
+/// How the names of the window's own resources begin (`src/gpu/window`).
+const OF_WINDOW: &str = "window: ";
+
 /// What makes a resource smaller.
-fn smaller(resource: &str) -> &'static str {
+fn smaller(resource: &str, size: &str) -> String {
     match resource {
-        ENVIRONMENT_IMAGE => "make the environment's image smaller",
-        TRANSFER_FUNCTION => "give medium.transfer fewer points",
-        VOLUME => "set volume.crop",
-        UNIT_SUM => "lower --size",
-        _ => "lower --size, or set volume.crop",
+        ENVIRONMENT_IMAGE => "make the environment's image smaller".into(),
+        TRANSFER_FUNCTION => "give medium.transfer fewer points".into(),
+        VOLUME => "set volume.crop".into(),
+        UNIT_SUM => format!("lower {size}"),
+        _ => format!("lower {size}, or set volume.crop"),
     }
 }

@@ -65,6 +65,9 @@ pub fn status(ui: &Ui, rect: Rect, session: &Session, report: &Report, memory: &
             human(memory.budget)
         ));
     }
+    if lines.is_empty() {
+        return;
+    }
     overlay(ui, "status", rect, Align2::LEFT_TOP, |ui| {
         ui.set_max_width((rect.width() - 40.0).max(80.0));
         for (i, line) in lines.iter().enumerate() {
@@ -109,9 +112,12 @@ fn light(live: &Live) -> Option<String> {
     } else {
         "error unknown yet".into()
     };
-    let updates = cache.filling.updates;
+    let paths = match cache.filling.updates {
+        1 => "1 path".to_string(),
+        updates => format!("{updates} paths"),
+    };
     Some(format!(
-        "cache: {nodes} nodes, those in sight with {updates} paths, {error}"
+        "cache: {nodes} nodes, those in sight with {paths}, {error}"
     ))
 }
 
@@ -169,13 +175,18 @@ fn table(ui: &mut Ui, name: &str, rows: &[[String; 2]], above: &[String]) {
     for sentence in above {
         ui.label(sentence);
     }
-    egui::Grid::new(name).striped(true).show(ui, |ui| {
-        for row in rows {
-            for text in row {
-                ui.add(egui::Label::new(text).extend());
+    // What is left of the window below the title and the sentences.
+    let height = ui.ctx().content_rect().bottom() - ui.cursor().top() - 24.0;
+    let scrolled = egui::ScrollArea::vertical().max_height(height.max(60.0));
+    scrolled.show(ui, |ui| {
+        egui::Grid::new(name).striped(true).show(ui, |ui| {
+            for row in rows {
+                for text in row {
+                    ui.add(egui::Label::new(text).extend());
+                }
+                ui.end_row();
             }
-            ui.end_row();
-        }
+        });
     });
 }
 
@@ -205,8 +216,13 @@ impl MemoryNow {
     fn sentences(&self, live: Option<&Live>) -> Vec<String> {
         let choice = live.map(|live| live.engine.choice()).into_iter();
         let why = |c: &Choice| format!("{}, because {}.", c.plan.variant.word(), c.reason);
-        let better = |c: &Choice| format!("The next better: {}.", c.next_better);
-        let mut all: Vec<String> = choice.flat_map(|c| [why(c), better(c)]).collect();
+        // The reason may have said it.
+        let better = |c: &Choice| {
+            let is_new = !c.reason.contains(&c.next_better);
+            is_new.then(|| format!("The next better variant: {}.", c.next_better))
+        };
+        let told = |c: &Choice| [Some(why(c)), better(c)].into_iter().flatten();
+        let mut all: Vec<String> = choice.flat_map(|c| told(c).collect::<Vec<_>>()).collect();
         all.push(format!("The budget is from {}.", self.source));
         all
     }
@@ -270,9 +286,12 @@ fn overlay(ui: &Ui, name: &str, rect: Rect, side: Align2, contents: impl FnOnce(
         .constrain_to(rect)
         .show(ui.ctx(), |ui| {
             Frame::NONE
-                .fill(Color32::from_black_alpha(150))
+                .fill(Color32::from_black_alpha(215))
                 .corner_radius(4)
                 .inner_margin(6)
-                .show(ui, contents);
+                .show(ui, |ui| {
+                    ui.visuals_mut().override_text_color = Some(Color32::from_gray(225));
+                    contents(ui);
+                });
         });
 }

@@ -92,12 +92,14 @@ const BINDINGS: [Binding; 18] = [
     with(Modifiers::COMMAND, Key::Z, Scene(Undo), ["Ctrl Z", "undo"]),
 ];
 
-const MOUSE: [[&str; 2]; 6] = [
-    ["left drag", "turn"],
-    ["middle drag, Shift left", "shift"],
-    ["wheel", "nearer, farther"],
+const MOUSE: [[&str; 2]; 8] = [
+    ["left drag", "rotate"],
+    ["middle drag, Shift left", "pan"],
+    ["wheel", "closer, farther"],
     ["right drag", "window and level"],
     ["Shift wheel", "isovalue"],
+    ["double click on the plot", "add a point"],
+    ["right click on a point, Delete", "remove it"],
     ["drop a file", "open it"],
 ];
 

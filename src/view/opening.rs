@@ -105,12 +105,13 @@ impl App<'_> {
         for note in notes {
             self.report.say(&format!("note: {note}"));
         }
+        let home = scene.camera;
         let mut scene = Scene {
             camera: session.scene.camera,
             ..scene
         };
         scene.render.size = session.scene.render.size;
-        session.reread(file, scene);
+        session.reread(file, scene, home);
         Ok(true)
     }
 

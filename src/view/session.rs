@@ -62,6 +62,10 @@ pub struct Chosen {
     pub range: Option<[f64; 2]>,
     pub surface: usize,
     pub sun: usize,
+    /// The colour that the selected sun had when it was last not black, and the sun's number.
+    pub sun_hue: Option<(usize, [f64; 3])>,
+    /// The same of the sky.
+    pub sky_hue: Option<[f64; 3]>,
     /// The plane that the key C has made; it may have been removed.
     pub clip: Option<usize>,
     /// A drag on the picture turns the sun, where there is one, instead of the camera.
@@ -257,9 +261,10 @@ impl Session {
         }
     }
 
-    /// Adopts a file that has been edited on disk.
-    pub fn reread(&mut self, file: SceneFile, scene: Scene) {
+    /// Adopts a file that has been edited on disk, whose camera is `home`.
+    pub fn reread(&mut self, file: SceneFile, scene: Scene, home: Camera) {
         self.scene = scene;
+        self.home = home;
         self.file = file;
         self.chosen.clip = None;
     }

@@ -90,12 +90,12 @@ impl Canvas {
         let upload = |name, bytes: usize| BufferDesc::upload(name, bytes as u64);
         let texels = ATLAS[0] as usize * ATLAS[1] as usize;
         let vertices = upload(
-            "interface: vertices",
+            "window: vertices",
             MOST_VERTICES * size_of::<CanvasVertex>(),
         );
-        let indices = upload("interface: indices", MOST_INDICES * size_of::<u32>());
+        let indices = upload("window: indices", MOST_INDICES * size_of::<u32>());
         let atlas = ImageDesc::flat(
-            "interface: texture",
+            "window: texture",
             [ATLAS[0], ATLAS[1]],
             vk::Format::R8G8B8A8_UNORM,
         )
@@ -109,7 +109,7 @@ impl Canvas {
             vertices: Buffer::new(memory, vertices)?,
             indices: Buffer::new(memory, indices)?,
             atlas: Image::new(memory, atlas)?,
-            staging: Buffer::new(memory, upload("interface: staging", 4 * texels))?,
+            staging: Buffer::new(memory, upload("window: staging", 4 * texels))?,
             draws: Vec::new(),
         })
     }

@@ -153,7 +153,7 @@ fn reserve(memory: &Arc<Memory>, surface: &Surface, shape: Shape) -> Result<Hold
     };
     let mut all = requirements.memory_requirements;
     all.size *= shape.images as u64;
-    memory.reserve("window images", &all)
+    memory.reserve("window: images", &all)
 }
 
 fn extent_2d([width, height]: [u32; 2]) -> vk::Extent2D {

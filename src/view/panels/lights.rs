@@ -1,7 +1,7 @@
 //! Suns, and the constant sky.
 
 use egui::{Color32, Pos2, Sense, Stroke, Ui, Vec2};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use super::{color, display, slider};
 use crate::scene::DirectionalLight;
@@ -10,6 +10,9 @@ use crate::view::session::Session;
 const BRIGHTEST_SUN: f64 = 20.0;
 const BRIGHTEST_SKY: f64 = 5.0;
 const BALL: f32 = 60.0;
+const WHITE: [f64; 3] = [1.0; 3];
+/// In radians: any number of turns by it come to different places.
+const GOLDEN_ANGLE: f64 = 2.399_963;
 
 pub fn show(ui: &mut Ui, session: &mut Session) {
     let count = session.scene.lights.suns.len();
@@ -30,40 +33,55 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
     let [forward, right, up] = session.scene.camera.basis();
     if let Some(sun) = session.scene.lights.suns.get_mut(index) {
         ball(ui, sun, [forward, right, up]);
-        brightness(ui, "irradiance", &mut sun.irradiance, BRIGHTEST_SUN);
+        let dark = session.chosen.sun_hue.filter(|(of, _)| *of == index);
+        let mut hue = dark.map_or(WHITE, |(_, hue)| hue);
+        brightness(
+            ui,
+            "irradiance",
+            &mut sun.irradiance,
+            &mut hue,
+            BRIGHTEST_SUN,
+        );
+        session.chosen.sun_hue = Some((index, hue));
         ui.checkbox(&mut session.chosen.aims_sun, "drag it on the picture");
     }
     if ui.button("Add a sun").clicked() {
+        // From another side than those before.
+        let turn = DQuat::from_axis_angle(forward, GOLDEN_ANGLE * count as f64);
+        let direction = forward + turn * (0.5 * right - up);
         session.scene.lights.suns.push(DirectionalLight {
-            direction: (forward - up + 0.5 * right).normalize().to_array(),
+            direction: direction.normalize().to_array(),
             irradiance: [2.0; 3],
         });
         session.chosen.sun = count;
     }
     ui.separator();
     let sky = &mut session.scene.lights.environment.radiance;
-    brightness(ui, "sky", sky, BRIGHTEST_SKY);
+    let mut hue = session.chosen.sky_hue.unwrap_or(WHITE);
+    brightness(ui, "sky", sky, &mut hue, BRIGHTEST_SKY);
+    session.chosen.sky_hue = Some(hue);
     if session.scene.lights.environment.image.is_some() {
         ui.weak("plus the sky's image");
     }
 }
 
-/// Controls for a light's colour and, separately, its brightness.
-fn brightness(ui: &mut Ui, name: &str, rgb: &mut [f64; 3], most: f64) {
+/// Controls for a light's colour and, separately, its brightness. `hue` is the colour that a light of brightness 0 has had
+/// before; its largest channel is 1.
+fn brightness(ui: &mut Ui, name: &str, rgb: &mut [f64; 3], hue: &mut [f64; 3], most: f64) {
     let bright = rgb.iter().copied().fold(0.0, f64::max);
-    let mut hue = if bright > 0.0 {
-        rgb.map(|c| c / bright)
-    } else {
-        [1.0; 3]
-    };
+    if bright > 0.0 {
+        *hue = rgb.map(|c| c / bright);
+    }
     let mut wanted = bright;
     ui.horizontal(|ui| {
-        let mut picked = hue;
+        // The colour's button takes some of the room.
+        ui.spacing_mut().slider_width -= 26.0;
+        let mut picked = *hue;
         let recolored = color(ui, &mut picked);
         let brightest = picked.iter().copied().fold(0.0, f64::max);
         // The picker's darkness is not the light's: only the proportions count, and black has none.
         if recolored && brightest > 0.0 {
-            hue = picked.map(|c| c / brightest);
+            *hue = picked.map(|c| c / brightest);
         }
         slider(ui, name, &mut wanted, [0.0, most], true);
         if recolored || wanted != bright {

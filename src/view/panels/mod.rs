@@ -9,9 +9,10 @@ mod series;
 mod surfaces;
 mod transfer;
 
+use std::cell::RefCell;
 use std::ops::RangeInclusive;
 
-use egui::{CollapsingHeader, Color32, Panel, ScrollArea, SliderClamping, Ui};
+use egui::{CollapsingHeader, Color32, Id, Key, Panel, ScrollArea, SliderClamping, Ui};
 
 use super::keys::{Action, SceneAction};
 use super::session::Session;
@@ -24,6 +25,7 @@ const RAIL: f32 = 76.0;
 /// Shows the panels at the right side of `ui`; returns the actions of their buttons.
 pub fn show(ui: &mut Ui, session: &mut Session) -> Vec<Action> {
     let mut actions = Vec::new();
+    note_escape(ui);
     let panel = Panel::right("panels").exact_size(WIDTH).resizable(false);
     panel.show(ui, |ui| {
         buttons(ui, session, &mut actions);
@@ -110,22 +112,78 @@ fn apart(value: f64, others: &[f64], [low, high]: [f64; 2]) -> f64 {
 /// A named slider from `low` to `high`; a logarithmic one is fine near zero. A value from elsewhere, as from a scene
 /// file, may lie outside, and stays until it is edited.
 fn slider(ui: &mut Ui, name: &str, value: &mut f64, [low, high]: [f64; 2], logarithmic: bool) {
+    let field = Field::of(ui, *value);
     let slider = egui::Slider::new(value, low..=high)
         .logarithmic(logarithmic)
         .smallest_positive(1e-4)
         .clamping(SliderClamping::Edits)
         // What is typed counts once it is whole: "0.25" begins with 0.
         .update_while_editing(false)
-        .custom_formatter(figure)
+        .custom_formatter(|value, decimals| field.shown(value, decimals))
+        .custom_parser(|text| field.read(text))
         .text(name);
     ui.add(slider);
 }
 
+/// A field with a number of which not all digits are shown: a text that nobody has edited, or whose edit Escape has ended,
+/// stands for the number as it was.
+struct Field {
+    value: f64,
+    is_cancelled: bool,
+    text: RefCell<String>,
+}
+
+impl Field {
+    fn of(ui: &Ui, value: f64) -> Field {
+        let was_cancelled = ui.data(|data| data.get_temp(cancelled()));
+        Field {
+            value,
+            is_cancelled: was_cancelled.unwrap_or(false),
+            text: RefCell::default(),
+        }
+    }
+
+    fn shown(&self, value: f64, decimals: RangeInclusive<usize>) -> String {
+        let text = figure(value, decimals);
+        self.text.replace(text.clone());
+        text
+    }
+
+    fn read(&self, text: &str) -> Option<f64> {
+        if self.is_cancelled || *self.text.borrow() == text {
+            return Some(self.value);
+        }
+        text.trim().replace('−', "-").parse().ok()
+    }
+}
+
+/// Whether Escape was pressed in this pass or the one before: egui reads a field that it has left in the pass after that.
+fn cancelled() -> Id {
+    Id::unique("an edit was cancelled")
+}
+
+/// Notes whether fields are left by Escape, once a pass and before they are shown.
+fn note_escape(ui: &Ui) {
+    let is_pressed = ui.input(|i| i.key_pressed(Key::Escape));
+    let was_pressed: Option<bool> = ui.data(|data| data.get_temp(escape()));
+    ui.data_mut(|data| {
+        data.insert_temp(cancelled(), is_pressed || was_pressed.unwrap_or(false));
+        data.insert_temp(escape(), is_pressed);
+    });
+}
+
+fn escape() -> Id {
+    Id::unique("escape")
+}
+
 /// A number for a field of the panels, which has room for ten characters or so.
 fn figure(value: f64, decimals: RangeInclusive<usize>) -> String {
-    let is_long = value != 0.0 && !(1e-4..1e7).contains(&value.abs());
+    if value == 0.0 {
+        return "0".into();
+    }
+    let is_long = !(1e-4..1e7).contains(&value.abs());
     if is_long {
-        format!("{value:.3e}")
+        format!("{value:.2e}")
     } else {
         egui::emath::format_with_decimals_in_range(value, decimals)
     }
@@ -169,6 +227,21 @@ mod tests {
             assert!(high == low || third <= high, "{third} is beyond the data");
         }
         assert_eq!(apart(5.0, &[4.0], [5.0; 2]), 5.0);
+    }
+
+    #[test]
+    fn a_text_that_nobody_has_edited_is_the_number_itself() {
+        let field = |is_cancelled| Field {
+            value: 37.567_89,
+            is_cancelled,
+            text: RefCell::default(),
+        };
+        let edited = field(false);
+        assert_eq!(edited.shown(37.567_89, 0..=3), "37.568");
+        assert_eq!(edited.read("37.568"), Some(37.567_89));
+        assert_eq!(edited.read(" −33.5"), Some(-33.5));
+        assert_eq!(edited.read("abc"), None);
+        assert_eq!(field(true).read("33"), Some(37.567_89));
     }
 
     #[test]

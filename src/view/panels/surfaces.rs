@@ -66,15 +66,28 @@ fn list(ui: &mut Ui, session: &mut Session, [low, high]: [f64; 2]) {
         *chosen = 0;
     }
     if iso.len() < MOST_SURFACES && ui.button("Add a surface").clicked() {
-        let highest = iso.iter().map(|s| s.value).fold(low, f64::max);
+        let values = iso.iter().map(|surface| surface.value);
         iso.push(Isosurface {
-            value: 0.5 * (highest + high),
+            value: middle_of_gap(values, [low, high]),
             opacity: 1.0,
             color: [0.8; 3],
             shading: Shading::Lambert,
         });
         *chosen = iso.len() - 1;
     }
+}
+
+/// The middle of the largest gap that values leave between the ends of a range.
+fn middle_of_gap(values: impl Iterator<Item = f64>, [low, high]: [f64; 2]) -> f64 {
+    let mut all: Vec<f64> = values
+        .filter(|value| (low..=high).contains(value))
+        .collect();
+    all.extend([low, high]);
+    all.sort_by(f64::total_cmp);
+    let gaps = all
+        .windows(2)
+        .max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])));
+    gaps.map_or(low, |gap| 0.5 * (gap[0] + gap[1]))
 }
 
 /// A value with enough digits to tell surfaces apart in data of this extent.

@@ -6,7 +6,7 @@
 
 use egui::{Color32, Key, Mesh, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, pos2};
 
-use super::{color, display, figure, least_step};
+use super::{Field, color, display, least_step};
 use crate::scene::volume::Histogram;
 use crate::scene::{Medium, TransferPoint};
 use crate::view::session::Session;
@@ -227,7 +227,9 @@ fn room(points: &[TransferPoint], i: usize) -> [f64; 2] {
 /// Whether the Delete key is meant for the plot.
 fn deletes(ui: &Ui, plot: &Plot) -> bool {
     let is_typing = ui.ctx().egui_wants_keyboard_input();
-    plot.response.contains_pointer() && !is_typing && ui.input(|i| i.key_pressed(Key::Delete))
+    // A point that is removed while it is dragged would leave the drag to its neighbour.
+    let is_asked = ui.input(|i| i.key_pressed(Key::Delete) && !i.pointer.any_down());
+    plot.response.contains_pointer() && !is_typing && is_asked
 }
 
 /// Adds a point in the colour that is there, and returns its index.
@@ -276,15 +278,18 @@ fn chosen_point(ui: &mut Ui, medium: &mut Medium, chosen: usize) {
     let point = &mut points[i];
     ui.horizontal(|ui| {
         color(ui, &mut point.color);
-        let value = egui::DragValue::new(&mut point.value).range(least..=most);
-        let value = value
-            .max_decimals(3)
-            .custom_formatter(figure)
-            .update_while_editing(false);
-        ui.add(value).on_hover_text("value");
-        let opacity = egui::DragValue::new(&mut point.opacity).range(0.0..=1.0);
-        let opacity = opacity.speed(0.002).max_decimals(4);
-        ui.add(opacity.update_while_editing(false))
-            .on_hover_text("opacity");
+        let number = |ui: &mut Ui, name: &str, number: &mut f64, range, speed, decimals| {
+            let field = Field::of(ui, *number);
+            let drag = egui::DragValue::new(number)
+                .range(range)
+                .speed(speed)
+                .max_decimals(decimals)
+                .custom_formatter(|value, decimals| field.shown(value, decimals))
+                .custom_parser(|text| field.read(text))
+                .update_while_editing(false);
+            ui.add(drag).on_hover_text(name);
+        };
+        number(ui, "value", &mut point.value, least..=most, 1.0, 3);
+        number(ui, "opacity", &mut point.opacity, 0.0..=1.0, 0.002, 4);
     });
 }

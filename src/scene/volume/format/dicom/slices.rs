@@ -223,11 +223,13 @@ fn missing(places: &[f64], distances: &[f64], expected: &[f64]) -> Option<String
         let count = (distance / expected).round() as usize;
         (1..count).map(move |n| place + n as f64 * distance / count as f64)
     });
-    let missing: Vec<String> = between.map(|place| shown(place).to_string()).collect();
+    let missing: Vec<String> = between
+        .map(|place| format!("{} mm", shown(place)))
+        .collect();
     let are = if missing.len() == 1 { "is" } else { "are" };
     (!missing.is_empty()).then(|| {
         format!(
-            "{} of {} slices {are} missing, at {} mm along the slices' normal",
+            "{} of {} slices {are} missing, at {} along the slices' normal",
             missing.len(),
             missing.len() + places.len(),
             first_of(&missing, MOST_NAMED)
