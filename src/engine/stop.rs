@@ -1,5 +1,6 @@
 //! When a render stops, by how far it has come.
 
+use std::fmt;
 use std::num::NonZeroU32;
 use std::time::Duration;
 
@@ -136,6 +137,21 @@ impl Stop {
     }
 }
 
+/// As the end of the sentence "it ends after …".
+impl fmt::Display for Stop {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let samples = self.samples.map(|samples| match samples {
+            Samples::Count(spp) => format!("{spp} samples"),
+            Samples::Shard(range) => format!("samples {range}"),
+        });
+        let time = self.time.map(|time| format!("{} s", time.as_secs_f64()));
+        let error = self.relative_error;
+        let error = error.map(|error| format!("a relative error of {}", figure(error)));
+        let all: Vec<String> = [samples, time, error].into_iter().flatten().collect();
+        f.write_str(&all.join(" or "))
+    }
+}
+
 /// How far a picture has come.
 #[derive(Debug, Clone, Copy)]
 pub struct Sampled {
@@ -171,8 +187,8 @@ pub enum StopReason {
     Interrupted,
 }
 
-impl std::fmt::Display for StopReason {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Display for StopReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             StopReason::Spp(count) => write!(f, "it has {count} samples per pixel"),
             StopReason::Shard(range) => write!(f, "samples {range} are done"),

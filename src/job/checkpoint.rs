@@ -1,18 +1,19 @@
 //! Keeps a render's state on disk while it works: at intervals, when SIGUSR1 asks for it, and at its end.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::views::{Saved, Summed, View};
 use crate::cli::RenderArgs;
 use crate::engine::{Engine, Stop, Stopwatch};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::output::{Continuation, Outputs, say};
 use crate::render::next_batch_size;
 use crate::scene::{Opened, Scene, describe};
 use crate::shard::{
-    About, CacheFile, Fingerprints, Found, Identity, Named, RunOf, Settings, State,
+    About, CacheFile, Ends, Fingerprint, Fingerprints, Found, Identity, Named, RunOf, Settings,
+    State,
 };
 
 /// The render whose state is kept.
@@ -36,6 +37,9 @@ pub struct Keeper<'a> {
     /// Identity of the scene as it was opened; an orbit's pictures have other cameras.
     identity: Identity,
     fill_state: FillState,
+    ends: Ends,
+    /// Fingerprints of the files of each picture of an orbit that is done.
+    earlier: Vec<Vec<String>>,
     runs: Vec<RunOf>,
     began: Instant,
     /// When a checkpoint was last due, whether it could be written or not; at first, when the work began.
@@ -83,6 +87,7 @@ impl<'a> Keeper<'a> {
         let view = views.get(number.saturating_sub(1) as usize);
         let scene = view.map_or(&opened.scene, |view| &view.scene);
         let (picture, picture_text) = identified(engine, opened, scene, volume)?;
+        let ends = Ends::of(&kept.stop, &opened.scene.render);
         let wanted = |identity, scene| Named {
             name: "this render",
             identity,
@@ -92,11 +97,15 @@ impl<'a> Keeper<'a> {
             &wanted(&picture, &picture_text),
             &wanted(&identity, &text),
             &kept.stop,
+            &ends,
             views.len(),
         )?;
         let paths_before = engine.paths();
         found.restore_cache(engine)?;
         let restored_paths = engine.paths().saturating_sub(paths_before);
+        let earlier = found
+            .state()
+            .map_or(Vec::new(), |state| state.earlier.clone());
         let mut runs = found.state().map_or(Vec::new(), |state| state.runs.clone());
         runs.push(RunOf::begun_now(engine));
         fingerprints.fill = found.fill();
@@ -112,6 +121,8 @@ impl<'a> Keeper<'a> {
             found,
             restored_paths,
             identity,
+            ends,
+            earlier,
             runs,
             began: Instant::now(),
             last_due: Instant::now(),
@@ -122,6 +133,21 @@ impl<'a> Keeper<'a> {
     pub fn picture(&self) -> usize {
         let number = self.found.state().map_or(1, |state| state.picture);
         number.saturating_sub(1) as usize
+    }
+
+    /// Whether the files of an orbit's picture are those that this render has written.
+    pub fn has_written(&self, index: usize, files: &[PathBuf]) -> bool {
+        let written = self.earlier.get(index);
+        written.is_some_and(|written| fingerprints_of(files).is_ok_and(|now| now == *written))
+    }
+
+    /// To be called once the files of an orbit's picture have their names.
+    pub fn picture_written(&mut self, index: usize, files: &[PathBuf]) -> Result<()> {
+        if self.earlier.len() <= index {
+            self.earlier.resize(index + 1, Vec::new());
+        }
+        self.earlier[index] = fingerprints_of(files)?;
+        Ok(())
     }
 
     /// The time that has been spent on the picture under way.
@@ -256,7 +282,8 @@ impl<'a> Keeper<'a> {
             settings: settings(engine),
             picture: view.number,
             pictures: self.kept.views.len() as u32,
-            goal: self.kept.stop.count(),
+            ends: self.ends.clone(),
+            earlier: self.earlier.clone(),
             seconds: watch.elapsed().as_secs_f64(),
             cpu_seconds: watch.cpu().as_secs_f64(),
             runs: self.runs.clone(),
@@ -313,6 +340,11 @@ impl<'a> Keeper<'a> {
             outputs,
         )
     }
+}
+
+fn fingerprints_of(files: &[PathBuf]) -> Result<Vec<String>> {
+    let of = |file: &PathBuf| Fingerprint::of_file(file).map_err(|error| Error::io(file, error));
+    files.iter().map(of).collect()
 }
 
 /// The identity of pictures of a scene, and the scene's text.

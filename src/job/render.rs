@@ -192,7 +192,7 @@ impl<'a> Render<'a> {
         for (index, view) in self.views.iter().enumerate() {
             let beginning = self.beginning_of(index);
             let earlier = match beginning {
-                Beginning::Again if view.files.iter().all(|file| file.exists()) => continue,
+                Beginning::Again if self.has_written(index, view) => continue,
                 Beginning::UnderWay => self.earlier,
                 Beginning::Again | Beginning::Next => Duration::ZERO,
             };
@@ -208,6 +208,9 @@ impl<'a> Render<'a> {
             self.stage(view, &mut outputs)?;
             if self.args.orbit.is_some() {
                 std::mem::replace(&mut outputs, Outputs::independent()).commit()?;
+                if let Some(keeper) = &mut self.keeper {
+                    keeper.picture_written(index, &view.files)?;
+                }
             }
         }
         Ok((outputs, Taken { pictures, missing }))
@@ -235,6 +238,11 @@ impl<'a> Render<'a> {
             Err(Error::Interrupted) if has_others => Ok(None),
             taken => taken.map(Some),
         }
+    }
+
+    fn has_written(&self, index: usize, view: &View) -> bool {
+        let keeper = self.keeper.as_ref();
+        keeper.is_some_and(|keeper| keeper.has_written(index, &view.files))
     }
 
     fn beginning_of(&self, index: usize) -> Beginning {

@@ -21,6 +21,7 @@ use crate::engine::{Engine, SampleRange, Stop};
 use crate::error::{Error, Place, Result};
 use crate::output::target_of;
 use crate::render::Totals;
+use crate::scene::{RenderSettings, Tone};
 
 /// The header of a checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -31,9 +32,12 @@ pub struct State {
     /// Number of the picture under way, and of all pictures of the orbit; from 1 on.
     pub picture: u32,
     pub pictures: u32,
-    /// Samples per pixel that each picture of an orbit gets, if they are counted.
+    /// How all of them end and are shown.
     #[serde(default)]
-    pub goal: Option<u32>,
+    pub ends: Ends,
+    /// Fingerprints of the files of each picture before that under way.
+    #[serde(default)]
+    pub earlier: Vec<Vec<String>>,
     /// Seconds spent on this picture, over all runs, and those of all cores' CPU time.
     pub seconds: f64,
     #[serde(default)]
@@ -41,9 +45,45 @@ pub struct State {
     pub runs: Vec<RunOf>,
 }
 
+/// What all pictures of an orbit have in common beside the scene, in words.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Ends {
+    /// As the end of the sentence "they end after …".
+    after: String,
+    /// As the end of the sentence "they are shown …".
+    shown: String,
+}
+
+impl Ends {
+    pub fn of(stop: &Stop, render: &RenderSettings) -> Ends {
+        let exposure = render.exposure;
+        let tone = match render.tone {
+            Tone::Linear => "linear",
+            Tone::Filmic => "filmic",
+        };
+        Ends {
+            after: stop.to_string(),
+            shown: format!("with render.exposure {exposure} and render.tone {tone}"),
+        }
+    }
+
+    /// How earlier pictures differ from those to come.
+    fn difference(&self, to_come: &Ends) -> Option<String> {
+        let (had, asked) = (self, to_come);
+        if had.after != asked.after {
+            let (had, asked) = (&had.after, &asked.after);
+            return Some(format!(
+                "its earlier views end after {had}, not after {asked}"
+            ));
+        }
+        let (had, asked) = (&had.shown, &asked.shown);
+        (had != asked).then(|| format!("its earlier views are shown {had}, not {asked}"))
+    }
+}
+
 impl State {
-    /// How its orbit differs from one of `pictures` pictures that ends by `stop`.
-    fn other_pictures(&self, stop: &Stop, pictures: usize) -> Option<String> {
+    /// How its orbit differs from one of `pictures` pictures.
+    fn other_pictures(&self, ends: &Ends, pictures: usize) -> Option<String> {
         if self.pictures as usize != pictures {
             return Some(format!(
                 "it is of {} pictures, not of {pictures} (--orbit)",
@@ -56,9 +96,7 @@ impl State {
                 "it is damaged: its picture {picture} is not one of {pictures}"
             ));
         }
-        let (had, asked) = (self.goal?, stop.count()?);
-        (self.picture > 1 && had != asked)
-            .then(|| format!("its earlier views have {had} samples, not {asked}"))
+        self.ends.difference(ends).filter(|_| self.picture > 1)
     }
 
     /// How the samples of the picture under way differ from those that `stop` asks for.
@@ -208,6 +246,7 @@ impl Found {
         picture: &Named<'_>,
         whole: &Named<'_>,
         stop: &Stop,
+        ends: &Ends,
         pictures: usize,
     ) -> Result<()> {
         if let Some((state, scene)) = &self.state {
@@ -221,7 +260,7 @@ impl Found {
                 identity: &header.identity,
                 scene,
             };
-            let difference = match state.other_pictures(stop, pictures) {
+            let difference = match state.other_pictures(ends, pictures) {
                 Some(pictures) => Some(pictures),
                 None => found
                     .difference(picture)?

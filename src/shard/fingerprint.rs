@@ -1,5 +1,9 @@
 //! A hash of 128 bits: it tells data apart that differ by chance or mistake, not by malice.
 
+use std::fs::File;
+use std::io::{self, BufRead, BufReader};
+use std::path::Path;
+
 use xxhash_rust::xxh3::Xxh3;
 
 #[derive(Default)]
@@ -13,6 +17,21 @@ impl Fingerprint {
     pub fn with(mut self, bytes: &[u8]) -> Fingerprint {
         self.add(bytes);
         self
+    }
+
+    /// Of a file's bytes, in text.
+    pub fn of_file(path: &Path) -> io::Result<String> {
+        let mut reader = BufReader::with_capacity(1 << 20, File::open(path)?);
+        let mut fingerprint = Fingerprint::default();
+        loop {
+            let bytes = reader.fill_buf()?;
+            if bytes.is_empty() {
+                return Ok(fingerprint.text());
+            }
+            fingerprint.add(bytes);
+            let count = bytes.len();
+            reader.consume(count);
+        }
     }
 
     pub fn bytes(&self) -> [u8; 16] {

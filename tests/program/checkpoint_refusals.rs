@@ -47,9 +47,21 @@ fn a_checkpoint_of_something_else_is_refused() {
     }
     let orbit = "render ball.toml --size 8x8 -o turn.exr --orbit 2 --checkpoint o.exr --spp";
     folder.succeed(&format!("{orbit} 2"));
-    let said = refused(&folder, &format!("{orbit} 4"), 3);
-    let expected = "its earlier views have 2 samples, not 4; --restart begins anew";
-    assert!(said.ends_with(expected), "{said}");
+    for (flags, expected) in [
+        (
+            "4",
+            "its earlier views end after 2 samples, not after 4 samples",
+        ),
+        ("2 --time 9", "not after 2 samples or 9 s"),
+        (
+            "2 --set render.exposure=3",
+            "its earlier views are shown with render.exposure 0 and render.tone linear, not with render.exposure 3",
+        ),
+    ] {
+        let said = refused(&folder, &format!("{orbit} {flags}"), 3);
+        assert!(said.contains(expected), "{said}");
+        assert!(said.ends_with("; --restart begins anew"), "{said}");
+    }
     let cached = format!("{render} --variant caching --spp 8");
     // The variant that was picked before stands.
     folder.succeed(&format!("{render} --spp 8"));
