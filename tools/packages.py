@@ -10,7 +10,8 @@ from pathlib import Path
 def enter(home, packages, alone=()):
     """Starts the script again in the environment in the folder `home`, with these packages installed; returns there.
 
-    Those in `alone` are installed without the packages that they ask for. What has been installed is written down when it is there: an installation that was interrupted is done again.
+    Those in `alone` are installed without the packages that they ask for. What has been installed is written down when
+    it is there: an installation that was interrupted is done again.
     """
     home = Path(os.path.abspath(home))
     if Path(sys.prefix) == home:
@@ -19,7 +20,10 @@ def enter(home, packages, alone=()):
     wanted = {*packages, *alone}
     if not installed.exists():
         # Links are left as they are where an earlier installation was interrupted.
-        venv.create(home, with_pip=True, symlinks=True)
+        try:
+            venv.create(home, with_pip=True, symlinks=True)
+        except subprocess.CalledProcessError:
+            sys.exit(f"no virtual environment can be made in {home}: apt-get install python3-venv")
     found = set(installed.read_text().split()) if installed.exists() else set()
     if not wanted <= found:
         for switches, names in [([], packages), (["--no-deps"], alone)]:
