@@ -14,7 +14,7 @@
 #include "push.glsl"
 #include "turns.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = NODES) in;
 layout(CACHE_FORMAT) writeonly uniform image3D light_out;
 
 void main() {

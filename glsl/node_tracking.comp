@@ -28,9 +28,6 @@
 
 layout(scalar) buffer SlotNodeBlock { SlotNode at[]; } slot_nodes;
 
-// The first sample index of nodes, so that no camera path has the same random numbers.
-const uint NODE_SAMPLES = 0x80000000u;
-
 // What is known of the slot's item.
 SlotNode slot_node;
 SlotNode held_node;

@@ -14,6 +14,7 @@
 
 #version 460
 #include "scene.glsl"
+#include "counters.glsl"
 #include "light.glsl"
 #include "medium.glsl"
 #include "phase.glsl"
@@ -22,7 +23,6 @@
 #include "ray.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(scalar) buffer CounterBlock { Counters count; } counters;
 // Running mean of the radiance; alpha holds the number of paths.
 layout(rgba32f) uniform image3D radiance_cells;
 // Position in grid space; alpha holds the number of collisions.

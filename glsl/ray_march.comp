@@ -6,6 +6,7 @@
 #version 460
 #include "scene.glsl"
 #include "brdf.glsl"
+#include "bricks.glsl"
 #include "cache.glsl"
 #include "camera.glsl"
 #include "camera_ray.glsl"
@@ -27,7 +28,6 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) uniform image2D unit_sum;
-layout(scalar) buffer BrickBlock { Brick at[]; } bricks;
 
 // Radiance and transmittance of a ray, front to back, up to where the march is.
 struct Front {

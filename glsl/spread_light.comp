@@ -8,13 +8,13 @@
 
 #version 460
 #include "scene.glsl"
+#include "bricks.glsl"
 #include "cache.glsl"
 #include "flux_out.glsl"
 #include "pages.glsl"
 #include "push.glsl"
 
-layout(local_size_x = 4, local_size_y = 4, local_size_z = 2) in;
-layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
+layout(local_size_x = BRICK, local_size_y = BRICK, local_size_z = BRICK / 2) in;
 layout(CACHE_FORMAT) writeonly uniform image3D light_out;
 
 struct Light {

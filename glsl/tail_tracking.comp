@@ -21,9 +21,6 @@
 layout(scalar) readonly buffer TailBlock { Tail at[]; } tails;
 layout(rgba32f) uniform image2D unit_sum;
 
-// The first sample index of these paths, so that no other path has the same random numbers.
-const uint TAIL_SAMPLES = 0x40000000u;
-
 // Paths for the light of a surface that fills a pixel. With more of them, where surfaces fill the picture, paths would take
 // longer than the march before them.
 const uint PATHS = 4u;

@@ -33,7 +33,7 @@ Classified classify(float v) {
     vec4 p = transfer_values(point);
     float place = (v - p.x) * p.y;
     float t = clamp(place, 0.0, 1.0);
-    vec4 here = texel_at(transfer, ivec2(point, 1));
+    vec4 here = texel_at(transfer, ivec2(point, TRANSFER_COLORS));
     vec4 start = vec4(scene.color, p.z);
     vec4 color = vec4(scene.color, mix(p.z, p.w, t));
     vec4 area = vec4(vec3(0.0), here.a);
@@ -42,7 +42,7 @@ Classified classify(float v) {
         start.rgb = here.rgb;
         next.rgb = transfer_colors(point + 1);
         color.rgb = mix(start.rgb, next.rgb, t);
-        area.rgb = texel_at(transfer, ivec2(point, 2)).rgb;
+        area.rgb = texel_at(transfer, ivec2(point, TRANSFER_INTEGRALS)).rgb;
     }
     bool is_below = v < p.x;
     bool is_beyond = place >= 1.0 && point + 1 == int(scene.transfer_segments);

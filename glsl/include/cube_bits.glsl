@@ -4,6 +4,8 @@
 // missing.
 
 #include "scene.glsl"
+#include "bricks.glsl"
+#include "counters.glsl"
 #include "nodes.glsl"
 #include "pages.glsl"
 #include "push.glsl"
@@ -11,10 +13,8 @@
 #include "volume.glsl"
 #include "volume_bricks.glsl"
 
-layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
+layout(local_size_x = BRICK, local_size_y = BRICK, local_size_z = BRICK) in;
 layout(scalar) buffer BitBlock { uint at[]; } bits;
-layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
-layout(scalar) buffer CounterBlock { Counters count; } counters;
 
 // Threads of the group that have missed a brick of the volume.
 shared uint lacking;

@@ -13,18 +13,18 @@
 LOADED_AS(rgba32f) uniform texels2D transfer;
 
 vec4 transfer_values(int point) {
-    return texel_at(transfer, ivec2(point, 0));
+    return texel_at(transfer, ivec2(point, TRANSFER_SEGMENTS));
 }
 
 vec3 transfer_colors(int point) {
-    return texel_at(transfer, ivec2(point, 1)).rgb;
+    return texel_at(transfer, ivec2(point, TRANSFER_COLORS)).rgb;
 }
 
 // The point from which to interpolate to the next one: the last with value ≤ v, or the first if there is none. Beyond
 // the last segment interpolation stays at its end.
 int transfer_point(float v) {
     float bin = clamp((v - scene.transfer_bins.x) * scene.transfer_bins.y, 0.0, float(TRANSFER_BINS - 1));
-    vec2 candidates = texel_at(transfer, ivec2(bin, 3)).rg;
+    vec2 candidates = texel_at(transfer, ivec2(bin, TRANSFER_CANDIDATES)).rg;
     int point = int(candidates.x);
     int points = int(candidates.y);
     while (points > 1) {

@@ -52,9 +52,6 @@ vec4 random_numbers(inout Random random) {
 uint light_pairs(uint event) { return 4u * event; }
 uint direction_pairs(uint event) { return 4u * event + 2u; }
 
-// In the place of a sample index, for numbers that all samples of a pixel share. No path has this index.
-const uint OF_ALL_SAMPLES = 0x7FFFFFFFu;
-
 // Flips each bit by a hash of the bits below it.
 uint scrambled_upwards(uint x, uint seed) {
     x ^= x * 0x3D20ADEAu;

@@ -8,6 +8,7 @@
 
 #include "scene.glsl"
 #include "bundle.glsl"
+#include "counters.glsl"
 #include "loop.glsl"
 #include "path.glsl"
 #include "push.glsl"
@@ -29,7 +30,6 @@ void hold_item();
 void undo_item();
 
 layout(local_size_x = 64) in;
-layout(scalar) buffer CounterBlock { Counters count; } counters;
 
 // Reports the item that a slot still works on to the host.
 void report_item(uint item) {

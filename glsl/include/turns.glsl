@@ -3,9 +3,9 @@
 // paths: items are what slots take from their queue, and each has room for its sums.
 
 #include "scene.glsl"
+#include "bricks.glsl"
 #include "push.glsl"
 
-layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
 layout(scalar) readonly buffer TurnBlock { Turn at[]; } turns;
 // The sums of items, number by number: light, and as many columns of flux as the cache holds.
 layout(scalar) buffer PartBlock { float at[]; } parts;

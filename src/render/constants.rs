@@ -96,6 +96,17 @@ constants! {
     pub const GATHERED_FOR_ONE: u32 as uint = 4;
     /// Height of the strips in which pixels are worked off where the volume streams.
     pub const STRIP_HEIGHT: u32 as uint = 32;
+    /// Sample indices by which random numbers are drawn, so that no two kinds of paths share any: those of a pixel's samples
+    /// begin at 0; those of its tails here, several for each sample; this one is for what all samples of a pixel share; and
+    /// those of the cache's nodes begin here.
+    pub const TAIL_SAMPLES: u32 as uint = 1 << 30;
+    pub const OF_ALL_SAMPLES: u32 as uint = NODE_SAMPLES - 1;
+    pub const NODE_SAMPLES: u32 as uint = 1 << 31;
+    /// Rows of the transfer function's image (`parts/transfer_table.rs`).
+    pub const TRANSFER_SEGMENTS: u32 as int = 0;
+    pub const TRANSFER_COLORS: u32 as int = 1;
+    pub const TRANSFER_INTEGRALS: u32 as int = 2;
+    pub const TRANSFER_CANDIDATES: u32 as int = 3;
     /// Angles of view, evenly spaced in their cosine, for which a surface's reflectance is in a table.
     pub const REFLECTANCE_ANGLES: u32 as uint = 32;
     /// Positions at which the device's filter is probed.

@@ -3,14 +3,16 @@
 //! for two. (That matters where a CPU's driver counts the iterations of loops: loop.glsl.)
 
 use super::medium::{Medium, TransferPoint};
-use crate::render::shared::TRANSFER_BINS;
+use crate::render::shared::{
+    TRANSFER_BINS, TRANSFER_CANDIDATES, TRANSFER_COLORS, TRANSFER_INTEGRALS, TRANSFER_SEGMENTS,
+};
 
 /// Rows of the transfer function's image.
-const ROWS: u32 = 4;
+const ROWS: usize = 4;
 
 /// Columns and rows of the image of a transfer function with so many points.
 pub fn transfer_extent(points: usize) -> [u32; 2] {
-    [(points as u32 + 1).max(TRANSFER_BINS), ROWS]
+    [(points as u32 + 1).max(TRANSFER_BINS), ROWS as u32]
 }
 
 impl Medium {
@@ -25,12 +27,11 @@ impl Medium {
         }
         let [width, _] = transfer_extent(self.transfer.len());
         let integrals = self.opacity_integrals();
-        let rows = [
-            self.shares(),
-            self.colors(&integrals),
-            colored_integrals(&integrals),
-            self.candidates(),
-        ];
+        let mut rows = [const { Vec::new() }; ROWS];
+        rows[TRANSFER_SEGMENTS as usize] = self.shares();
+        rows[TRANSFER_COLORS as usize] = self.colors(&integrals);
+        rows[TRANSFER_INTEGRALS as usize] = colored_integrals(&integrals);
+        rows[TRANSFER_CANDIDATES as usize] = self.candidates();
         let padded = rows.map(|mut row| {
             row.resize(width as usize, [0.0; 4]);
             row
