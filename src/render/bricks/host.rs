@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::render::layout::BrickLayout;
-use crate::scene::volume::{Region, Volume};
+use crate::scene::volume::{Access, Region, Volume};
 
 /// Bytes of a line of voxels that are read together, at most: to copy so many takes about as long as a system call.
 const LINE_BYTES: usize = 8 << 10;
@@ -46,7 +46,7 @@ impl HostBricks {
         let volume = volume.in_any_order()?;
         let line_bytes = layout.side as usize * volume.stored.bytes();
         Ok(HostBricks {
-            together: if volume.is_in_runs() {
+            together: if volume.access() == Access::Rows {
                 (LINE_BYTES / line_bytes).max(1) as u32
             } else {
                 1

@@ -12,7 +12,7 @@ use super::parsed::Parsed;
 use super::region::Region;
 use super::source::chunked::Chunked;
 use super::source::memory::Memory;
-use super::source::{Cursor, Source};
+use super::source::{Access, Cursor, Source};
 use super::stored::{Conversion, StoredType, Voxels};
 use crate::error::{Error, Place, Result};
 
@@ -70,7 +70,7 @@ impl Grid {
     pub fn reader(&self) -> Reader<'_> {
         Reader {
             grid: self,
-            cursor: (!self.source.is_random()).then(|| self.source.cursor()),
+            cursor: (self.source.access() == Access::Sequential).then(|| self.source.cursor()),
             rounding: 0.0,
         }
     }

@@ -45,6 +45,7 @@ pub use quantity::Quantity;
 pub use reading::Reading;
 pub use region::Region;
 pub use series::{Preview, Series};
+pub use source::Access;
 use source::Source;
 use source::spool::Spool;
 use statistics::Statistics;
@@ -182,14 +183,13 @@ impl Volume {
         }
     }
 
-    /// Whether a region is read in runs of a file, so that it takes longer the more of them there are.
-    pub fn is_in_runs(&self) -> bool {
-        self.grid.source.is_in_runs()
+    /// What it costs to read a region.
+    pub fn access(&self) -> Access {
+        self.grid.source.access()
     }
 
-    /// Whether small regions are read as fast as large ones, in any order.
     fn is_direct(&self) -> bool {
-        self.grid.source.is_direct()
+        self.access().is_direct()
     }
 
     fn kept(&self, keeping: &Keeping) -> Result<Volume> {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::grid::Grid;
 use super::parsed::Parsed;
 use super::region::Region;
-use super::source::{Cursor, Source};
+use super::source::{Access, Cursor, Source};
 use super::statistics::Statistics;
 use super::stored::{Conversion, StoredType};
 use super::{MACROCELL, Storage, Volume};
@@ -17,12 +17,8 @@ use super::{MACROCELL, Storage, Volume};
 struct Nowhere;
 
 impl Source for Nowhere {
-    fn is_random(&self) -> bool {
-        true
-    }
-
-    fn is_direct(&self) -> bool {
-        true
+    fn access(&self) -> Access {
+        Access::Direct
     }
 
     fn files(&self) -> Vec<PathBuf> {

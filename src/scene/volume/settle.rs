@@ -17,6 +17,7 @@ use super::macrocells::Macrocells;
 use super::parsed::Parsed;
 use super::reading::Reading;
 use super::region::Region;
+use super::source::Access;
 use super::stored::{Stored, StoredType, Voxels};
 
 /// Bytes of a piece of the walk.
@@ -74,7 +75,7 @@ fn walk<T: Stored>(grid: &Grid, is_mirrored: bool, reading: &Reading) -> Parsed<
     let all = Region::whole(grid.dims()).voxels() as u64;
     let size = grid.conversion.from.bytes() as u64;
     reading.expect(all * size);
-    let is_stream = !grid.source.is_random();
+    let is_stream = grid.source.access() == Access::Sequential;
     let piece_bytes = if is_stream { PIECE_OF_STREAM } else { PIECE };
     let is_kept = is_stream && all * size_of::<T>() as u64 <= MOST_KEPT;
 

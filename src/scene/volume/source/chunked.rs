@@ -13,7 +13,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 
 use rayon::prelude::*;
 
-use super::{Cursor, Source};
+use super::{Access, Cursor, Source};
 use crate::locked::locked;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::region::Region;
@@ -210,8 +210,8 @@ impl Chunked {
 }
 
 impl Source for Chunked {
-    fn is_random(&self) -> bool {
-        true
+    fn access(&self) -> Access {
+        Access::Decoded
     }
 
     fn files(&self) -> Vec<PathBuf> {

@@ -19,7 +19,7 @@ use flate2::read::ZlibDecoder;
 
 use super::gzip::Members;
 use super::watched::{HAS_CHANGED, Version, read_at, version};
-use super::{Cursor, Source};
+use super::{Access, Cursor, Source};
 use crate::regular_file::open_file;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::region::Region;
@@ -192,16 +192,11 @@ struct DataFile {
 }
 
 impl Source for DataFile {
-    fn is_random(&self) -> bool {
-        self.encoding == Encoding::Raw
-    }
-
-    fn is_direct(&self) -> bool {
-        self.encoding == Encoding::Raw
-    }
-
-    fn is_in_runs(&self) -> bool {
-        self.encoding == Encoding::Raw
+    fn access(&self) -> Access {
+        match self.encoding {
+            Encoding::Raw => Access::Rows,
+            Encoding::Gzip | Encoding::Zlib | Encoding::Bzip2 => Access::Sequential,
+        }
     }
 
     fn files(&self) -> Vec<PathBuf> {

@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use super::{Cursor, Source};
+use super::{Access, Cursor, Source};
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::region::Region;
 
@@ -22,12 +22,12 @@ pub struct Interleaved {
 }
 
 impl Source for Interleaved {
-    fn is_random(&self) -> bool {
-        self.source.is_random()
-    }
-
-    fn is_in_runs(&self) -> bool {
-        self.source.is_in_runs()
+    fn access(&self) -> Access {
+        match self.source.access() {
+            Access::Sequential => Access::Sequential,
+            // The other values of each voxel are read as well.
+            Access::Decoded | Access::Rows | Access::Direct => Access::Decoded,
+        }
     }
 
     fn files(&self) -> Vec<PathBuf> {

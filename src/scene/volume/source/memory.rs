@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use super::{Cursor, Source};
+use super::{Access, Cursor, Source};
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::region::Region;
 use crate::scene::volume::stored::Voxels;
@@ -16,12 +16,8 @@ pub struct Memory {
 }
 
 impl Source for Memory {
-    fn is_random(&self) -> bool {
-        true
-    }
-
-    fn is_direct(&self) -> bool {
-        true
+    fn access(&self) -> Access {
+        Access::Direct
     }
 
     fn files(&self) -> Vec<PathBuf> {

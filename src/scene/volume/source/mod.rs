@@ -18,22 +18,29 @@ use super::parsed::Parsed;
 use super::region::Region;
 use super::stored::Voxels;
 
+/// What it costs to read a region.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Access {
+    /// All voxels before it are decoded: reading is fastest from the first voxel to the last.
+    Sequential,
+    /// Voxels around it are decoded as well; any region is read as fast as any other, by several threads at once.
+    Decoded,
+    /// Its own voxels alone, row by row of a file: it takes longer the more rows there are.
+    Rows,
+    /// Its own voxels alone.
+    Direct,
+}
+
+impl Access {
+    /// Whether a region costs no more than its own voxels, however small it is.
+    pub fn is_direct(self) -> bool {
+        matches!(self, Access::Rows | Access::Direct)
+    }
+}
+
 /// Voxels in the type and byte order that the format's header names.
 pub trait Source: fmt::Debug + Send + Sync {
-    /// Whether any region is read as fast as any other, by several threads at once. Otherwise reading
-    /// is fastest from the first voxel to the last.
-    fn is_random(&self) -> bool;
-
-    /// Whether a region costs no more than its own voxels, however small it is: no voxels around it are decoded as
-    /// well.
-    fn is_direct(&self) -> bool {
-        false
-    }
-
-    /// Whether a region is read in runs of a file, so that it takes longer the more of them there are.
-    fn is_in_runs(&self) -> bool {
-        false
-    }
+    fn access(&self) -> Access;
 
     /// All files that voxels are read from; none for voxels in memory.
     fn files(&self) -> Vec<PathBuf>;

@@ -6,7 +6,7 @@ use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
 use super::file::FileAt;
-use super::{Cursor, Source};
+use super::{Access, Cursor, Source};
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::region::Region;
 
@@ -52,16 +52,8 @@ fn no_room(error: &std::io::Error) -> String {
 }
 
 impl Source for Spool {
-    fn is_random(&self) -> bool {
-        true
-    }
-
-    fn is_direct(&self) -> bool {
-        true
-    }
-
-    fn is_in_runs(&self) -> bool {
-        true
+    fn access(&self) -> Access {
+        Access::Rows
     }
 
     fn files(&self) -> Vec<PathBuf> {

@@ -17,7 +17,7 @@ use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::region::Region;
 use crate::scene::volume::settle::{Extremes, Settled};
 use crate::scene::volume::source::watched::WatchedFile;
-use crate::scene::volume::source::{Cursor, Source};
+use crate::scene::volume::source::{Access, Cursor, Source};
 use crate::scene::volume::stored::StoredType;
 
 /// Level of compression: the fastest that does not lose much in size.
@@ -265,12 +265,8 @@ impl Store {
 }
 
 impl Source for Store {
-    fn is_random(&self) -> bool {
-        true
-    }
-
-    fn is_direct(&self) -> bool {
-        true
+    fn access(&self) -> Access {
+        Access::Direct
     }
 
     fn files(&self) -> Vec<PathBuf> {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::region::Region;
-use crate::scene::volume::source::{Cursor, Source};
+use crate::scene::volume::source::{Access, Cursor, Source};
 
 use super::doubles::compare;
 use super::frame_reader::FrameReader;
@@ -47,8 +47,8 @@ impl StackSource {
 }
 
 impl Source for StackSource {
-    fn is_random(&self) -> bool {
-        true
+    fn access(&self) -> Access {
+        Access::Decoded
     }
 
     fn files(&self) -> Vec<PathBuf> {
