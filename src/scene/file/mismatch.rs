@@ -83,6 +83,7 @@ fn in_words(expected: &str, key: &str) -> String {
         "u32" => format!("a whole number from 0 to {}", u32::MAX),
         "fewer elements in array" => "fewer elements".to_string(),
         "a sequence" => "an array".to_string(),
+        "path string" => "a path in quotes".to_string(),
         "an array of length 2" if key == "volume.crop" => {
             "two corners, as in [[0, 0, 0], [64, 64, 64]]".to_string()
         }

@@ -42,7 +42,9 @@ fn in_formats_without_halves(folder: &Path, array: &Array) -> [PathBuf; 9] {
 
 fn in_formats_of_any_number(folder: &Path, array: &Array) -> [PathBuf; 7] {
     let [x, y, z] = array.dims;
-    let raw = format!("v_{x}x{y}x{z}_{}.raw", array.voxel_type);
+    // The last size and the last type count, in any case.
+    let named = array.voxel_type.to_string().to_uppercase();
+    let raw = format!("2x2x2_int8_{x}x{y}x{z}_{named}.RAW");
     let strips = Tiff {
         compression: tiff_files::LZW,
         rows_per_strip: 4,

@@ -12,11 +12,11 @@ use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
 pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let dims = overrides.dims.or_else(|| stem.split('_').find_map(dims));
-    let named_type = || {
-        stem.split('_')
-            .find_map(|part| part.parse::<VoxelType>().ok())
-    };
+    // NAME_DIMS_TYPE, and the name may have such words as well.
+    let stem = stem.to_lowercase();
+    let words = || stem.split('_').rev();
+    let dims = overrides.dims.or_else(|| words().find_map(dims));
+    let named_type = || words().find_map(|word| word.parse::<VoxelType>().ok());
     let voxel_type = overrides.voxel_type.or_else(named_type);
     let (Some(dims), Some(voxel_type)) = (dims, voxel_type) else {
         return Err(format!(
