@@ -101,11 +101,7 @@ impl Engine {
     /// Plans for `next` where it may need other memory, and adopts that plan if it is within the budget. Returns whether there
     /// is room.
     fn make_room_for(&mut self, next: &GpuScene) -> Result<bool> {
-        let points = |scene: &GpuScene| scene.parts.medium.transfer.len();
-        let same_memory = next.variant == self.full.variant
-            && points(next) == points(&self.full)
-            && next.parts.view.size == self.full.parts.view.size;
-        if same_memory {
+        if next.takes_memory_of(&self.full) {
             return Ok(true);
         }
         let Some(plan) = unless_refused(self.plan_for(next))? else {

@@ -25,7 +25,9 @@ pub struct PassStats {
 pub struct MemoryStats {
     pub budget_bytes: u64,
     pub planned_bytes: u64,
+    /// The most that was allocated at once.
     pub peak_bytes: u64,
+    /// What was alive then.
     pub resources: Vec<ResourceStats>,
 }
 

@@ -5,7 +5,7 @@ use std::time::Instant;
 use ash::vk;
 
 use super::device::Device;
-use super::frame::Frame;
+use super::frame::{CommandKind, Frame};
 use super::image::Image;
 use super::pass::{Binding, Pass};
 use super::recording::Recording;
@@ -109,6 +109,7 @@ impl<'r> Recording<'_, 'r> {
         self.begin_images(bindings.iter().filter_map(|(_, binding)| binding.image()))?;
         self.record_command(
             pass.name,
+            CommandKind::Pass,
             vk::PipelineStageFlags2::COMPUTE_SHADER,
             |recording| {
                 recording.bind(pass, bindings)?;

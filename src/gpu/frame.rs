@@ -19,9 +19,16 @@ pub(super) const MOST_COMMANDS: u32 = 64;
 /// A command of the submission under way.
 pub(super) struct Recorded {
     pub name: &'static str,
+    pub kind: CommandKind,
     pub work: Work,
-    /// Whether it copies or clears, and is no pass.
-    pub is_copy: bool,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum CommandKind {
+    /// Of a pass, or of the window's interface.
+    Pass,
+    /// It copies or clears.
+    Transfer,
 }
 
 /// A command buffer, its fence and its queries, used again and again.
@@ -114,7 +121,8 @@ impl Frame {
 
     /// The first pass of the submission, which takes most of its time; without a pass, the first copy.
     pub(super) fn main(&self) -> Option<&Recorded> {
-        let pass = self.recorded.iter().find(|recorded| !recorded.is_copy);
+        let mut recorded = self.recorded.iter();
+        let pass = recorded.find(|recorded| recorded.kind == CommandKind::Pass);
         pass.or(self.recorded.first())
     }
 

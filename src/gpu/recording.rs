@@ -16,7 +16,7 @@
 
 use ash::vk;
 
-use super::frame::{Frame, MOST_COMMANDS, Recorded};
+use super::frame::{CommandKind, Frame, MOST_COMMANDS, Recorded};
 use super::image::Image;
 use super::timing::Work;
 use crate::error::{DeviceError, Error, Result};
@@ -141,6 +141,7 @@ impl<'f, 'r> Recording<'f, 'r> {
     pub(super) fn record_command(
         &mut self,
         name: &'static str,
+        kind: CommandKind,
         stage: vk::PipelineStageFlags2,
         commands: impl FnOnce(&mut Self) -> Result<()>,
     ) -> Result<()> {
@@ -155,8 +156,8 @@ impl<'f, 'r> Recording<'f, 'r> {
         let query = 2 * recorded.len() as u32;
         recorded.push(Recorded {
             name,
+            kind,
             work: Work::default(),
-            is_copy: false,
         });
         self.barrier(
             stage,
@@ -184,12 +185,7 @@ impl<'f, 'r> Recording<'f, 'r> {
         stage: vk::PipelineStageFlags2,
         commands: impl FnOnce(&mut Self) -> Result<()>,
     ) -> Result<()> {
-        self.record_command(name, stage, |recording| {
-            if let Some(recorded) = recording.frame.recorded.last_mut() {
-                recorded.is_copy = true;
-            }
-            commands(recording)
-        })
+        self.record_command(name, CommandKind::Transfer, stage, commands)
     }
 
     fn timestamp(&self, query: u32) {

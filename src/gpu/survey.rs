@@ -51,14 +51,18 @@ impl serde::Serialize for DeviceKind {
 /// What `isolume info` shows of a device.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct DeviceSummary {
+    /// Place in the driver's list.
     pub index: usize,
     pub name: String,
     pub kind: DeviceKind,
+    /// Name and version, as the driver states them.
     pub driver: String,
+    /// Version of Vulkan.
     pub api: String,
     pub device_local_bytes: u64,
     /// Most texels along a side of a 2D image.
     pub max_image_2d: u32,
+    /// The same of a 3D image.
     pub max_image_3d: u32,
     pub max_storage_buffer_bytes: u64,
     pub max_allocation_bytes: u64,

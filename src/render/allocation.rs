@@ -24,3 +24,13 @@ impl Allocation {
         })
     }
 }
+
+impl GpuScene {
+    /// Whether it takes the same memory as `other`, a scene of the same volume: all sizes follow from these parts.
+    pub fn takes_memory_of(&self, other: &GpuScene) -> bool {
+        let points = |scene: &GpuScene| scene.parts.medium.transfer.len();
+        self.variant == other.variant
+            && points(self) == points(other)
+            && self.parts.view.size == other.parts.view.size
+    }
+}

@@ -7,6 +7,7 @@ use super::volume::{Anatomical, Axes};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
+    /// In world units, as the target.
     pub eye: [f64; 3],
     pub target: [f64; 3],
     /// The direction that is up in the picture, not parallel to the view direction.

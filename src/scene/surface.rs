@@ -44,6 +44,7 @@ pub struct Isosurface {
     pub value: f64,
     /// Probability of reflection, in [0, 1]; a ray that is not reflected passes as if the surface were absent.
     pub opacity: f64,
+    /// Diffuse reflectance of each channel, in [0, 1].
     pub color: [f64; 3],
     pub shading: Shading,
 }
@@ -54,7 +55,9 @@ pub enum Shading {
     Lambert,
     /// (1−s)·color/π + s·(k+2)/2π·max(0, cos α)^k about the mirror direction.
     Phong {
+        /// Share of the lobe, in [0, 1].
         specular: f64,
+        /// Exponent of the lobe, from 0 to 1e12.
         shininess: f64,
     },
     Disney(Disney),

@@ -11,7 +11,7 @@ use ash::vk;
 use super::super::buffer::{Buffer, BufferDesc};
 use super::super::device::Device;
 use super::super::failure::failure;
-use super::super::frame::Frame;
+use super::super::frame::{CommandKind, Frame};
 use super::super::image::{Image, ImageDesc};
 use super::super::memory::Memory;
 use super::super::pipeline::Pipeline;
@@ -283,6 +283,7 @@ impl<'r> Recording<'_, 'r> {
         self.begin_images(std::iter::once(&canvas.atlas))?;
         self.record_command(
             "interface",
+            CommandKind::Pass,
             vk::PipelineStageFlags2::ALL_COMMANDS,
             |recording| {
                 let Some(pipeline) = &canvas.pipeline else {

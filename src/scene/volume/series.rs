@@ -17,6 +17,7 @@ pub struct Series {
     pub slices: u32,
     /// Voxels along each axis once it is loaded.
     pub dims: [u32; 3],
+    /// Millimetres.
     pub spacing: [f64; 3],
     /// What is done to load it, or why it cannot be loaded: one sentence each.
     pub notes: Vec<String>,
