@@ -32,7 +32,6 @@ impl MergeParts {
         r: &'r Resources,
         cache: &'r CacheMemory,
         portion: Portion,
-        nodes_half: u32,
     ) -> Result<()> {
         let bindings = [
             &[
@@ -46,7 +45,7 @@ impl MergeParts {
         .concat();
         let push = MergePush {
             coarse_turns: portion.coarse_turns,
-            nodes_half,
+            nodes_half: portion.half.word(),
         };
         let threads = NODES * portion.turns;
         recording.dispatch(&self.0, &bindings, &push, [threads, 1, 1])?;

@@ -4,7 +4,7 @@ use super::focus::Lack;
 use super::memory::CacheMemory;
 use super::merge_parts::MergeParts;
 use super::spread_light::SpreadLight;
-use super::work_list::{Portion, WorkList};
+use super::work_list::{Half, Portion, WorkList};
 use crate::error::Result;
 use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass};
@@ -13,7 +13,6 @@ use crate::render::layout::CacheLayout;
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::path_queue::{Advanced, PathQueue};
 use crate::render::resources::Resources;
-use crate::render::shared::{BOTH_HALVES, NODES};
 use crate::shared;
 
 shared! {
@@ -36,29 +35,8 @@ pub struct NodeTracking {
     pub queue: PathQueue,
     /// The places in the order in which their bricks are worked on.
     order: Vec<u32>,
-    half: Half,
     work_list: WorkList,
     portion: Portion,
-}
-
-/// The nodes that are under way (`gathering.glsl`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Half {
-    Even,
-    Odd,
-    /// Where no node gathers, none waits for another.
-    Both,
-}
-
-impl Half {
-    /// As shaders take it.
-    pub fn word(self) -> u32 {
-        match self {
-            Half::Even => 0,
-            Half::Odd => 1,
-            Half::Both => BOTH_HALVES,
-        }
-    }
 }
 
 impl NodeTracking {
@@ -69,7 +47,6 @@ impl NodeTracking {
             spread_light: SpreadLight::new(passes)?,
             queue: PathQueue::new(passes),
             order: layout.along_curve(),
-            half: Half::Even,
             work_list: WorkList::default(),
             portion: Portion::default(),
         })
@@ -89,21 +66,13 @@ impl NodeTracking {
         lacks: impl Iterator<Item = Lack>,
     ) -> Result<()> {
         self.work_list = WorkList::new(cache, &self.order, lacks);
-        self.half = if self.work_list.gathers() {
+        let half = if self.work_list.gathers() {
             Half::Even
         } else {
             Half::Both
         };
-        self.take_portion(cache);
+        self.portion = self.work_list.next_portion(cache, half);
         self.queue.restart(frame, r, Items::NONE)
-    }
-
-    fn take_portion(&mut self, cache: &mut CacheMemory) {
-        let fine_nodes = match self.half {
-            Half::Both => NODES,
-            Half::Even | Half::Odd => NODES / 2,
-        };
-        self.portion = self.work_list.next_portion(cache, fine_nodes);
     }
 
     /// Advances all paths of the batch.
@@ -113,7 +82,7 @@ impl NodeTracking {
         r: &Resources,
         cache: &mut CacheMemory,
     ) -> Result<Advanced> {
-        let (pass, portion, nodes_half) = (&self.pass, self.portion, self.half.word());
+        let (pass, portion) = (&self.pass, self.portion);
         let mut progress = self
             .queue
             .advance(frame, r, pass, |recording, most_iterations| {
@@ -122,7 +91,7 @@ impl NodeTracking {
                     slots: r.slots(),
                     turns: portion.turns,
                     coarse_turns: portion.coarse_turns,
-                    nodes_half,
+                    nodes_half: portion.half.word(),
                 };
                 let bindings = [
                     &r.medium_bindings()[..],
@@ -151,14 +120,13 @@ impl NodeTracking {
         r: &Resources,
         cache: &mut CacheMemory,
     ) -> Result<bool> {
-        let (portion, half) = (self.portion, self.half.word());
-        frame.run(|recording| self.merge_parts.record(recording, r, cache, portion, half))?;
-        self.take_portion(cache);
-        if self.portion.turns == 0 && self.half == Half::Even {
+        let portion = self.portion;
+        frame.run(|recording| self.merge_parts.record(recording, r, cache, portion))?;
+        self.portion = self.work_list.next_portion(cache, portion.half);
+        if self.portion.turns == 0 && portion.half == Half::Even {
             self.spread_light.run(frame, r, cache)?;
-            self.half = Half::Odd;
             self.work_list.begin_other_half();
-            self.take_portion(cache);
+            self.portion = self.work_list.next_portion(cache, Half::Odd);
         }
         let goes_on = self.portion.turns > 0;
         if goes_on {

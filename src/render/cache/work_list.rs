@@ -10,7 +10,7 @@ use super::memory::CacheMemory;
 use super::pace::history;
 use super::work_memory::MOST_PARTS;
 use crate::render::shared::{
-    COARSE_NODES, FILLED_COARSE, FILLED_FIRST, FILLED_WHOLE, GATHERED, Turn,
+    BOTH_HALVES, COARSE_NODES, FILLED_COARSE, FILLED_FIRST, FILLED_WHOLE, GATHERED, NODES, Turn,
 };
 
 /// Paths in a part, unless there would be more than the most parts.
@@ -36,12 +36,42 @@ pub struct WorkList {
     done: usize,
 }
 
+/// The nodes that are under way (`gathering.glsl`).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Half {
+    #[default]
+    Even,
+    Odd,
+    /// Where no node gathers, none waits for another.
+    Both,
+}
+
+impl Half {
+    /// As shaders take it.
+    pub fn word(self) -> u32 {
+        match self {
+            Half::Even => 0,
+            Half::Odd => 1,
+            Half::Both => BOTH_HALVES,
+        }
+    }
+
+    /// Those of a brick on the fine lattice.
+    fn nodes_of_brick(self) -> u32 {
+        match self {
+            Half::Both => NODES,
+            Half::Even | Half::Odd => NODES / 2,
+        }
+    }
+}
+
 /// Turns that are worked off together.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Portion {
     pub turns: u32,
     /// Those of the coarse lattice, which come first.
     pub coarse_turns: u32,
+    pub half: Half,
 }
 
 impl WorkList {
@@ -93,18 +123,20 @@ impl WorkList {
         self.done = self.jobs.partition_point(|job| job.is_coarse);
     }
 
-    /// Writes the turns of the next portion, with `fine_nodes` nodes of each brick on the fine lattice. There are none once
-    /// all has been done.
-    pub fn next_portion(&mut self, cache: &mut CacheMemory, fine_nodes: u32) -> Portion {
+    /// Writes the turns of the next portion for this half of the nodes. There are none once all has been done.
+    pub fn next_portion(&mut self, cache: &mut CacheMemory, half: Half) -> Portion {
         let mut room = cache.work.most_items;
-        let mut portion = Portion::default();
+        let mut portion = Portion {
+            half,
+            ..Portion::default()
+        };
         let mut turns = Vec::new();
         for job in &self.jobs[self.done..] {
             let parts = parts_of(job.samples);
             let nodes = if job.is_coarse {
                 COARSE_NODES
             } else {
-                fine_nodes
+                half.nodes_of_brick()
             };
             if parts * nodes > room {
                 break;
