@@ -209,7 +209,7 @@ fn cached_furnace(host: &Host, name: &'static str) -> Result<Vec<Measured>> {
     Ok(vec![measured])
 }
 
-/// The radiance that a slab of optical depth 1 and albedo ½ reflects along its normal, under a uniform sky of radiance 1, by
+/// The radiance that a slab of optical depth 1 and albedo ½ reflects along its normal, under a sky of 1 above it and 0 below, by
 /// adding–doubling (van de Hulst, *Multiple Light Scattering*, 1980).
 const CACHED_SLAB: f64 = 0.099119;
 

@@ -59,7 +59,8 @@ fn ctrl_c_writes_what_there_is() {
     assert!(folder.names().iter().all(|name| !name.starts_with('.')));
 }
 
-/// Comes in the first sample of a picture, before which others are there already; the same command makes the rest.
+/// The signal comes within the first sample of a later picture; earlier ones are kept, and the same command renders the
+/// rest.
 #[cfg(unix)]
 #[test]
 fn ctrl_c_ends_an_orbit_with_what_is_done() {

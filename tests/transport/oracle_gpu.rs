@@ -212,7 +212,7 @@ fn the_doctor_knows_how_bright_a_lit_surface_is() {
     assert!((red - LIT_SURFACE).abs() < 4.0 * stderr);
 }
 
-/// Where one voxel stands for eight.
+/// One line over the data: shaders read one voxel, drawn with the trilinear weights, instead of interpolating eight.
 #[test]
 fn a_straight_transfer_function() {
     let mut scene = scene();

@@ -54,7 +54,8 @@ fn exposure(scene: &str) -> f64 {
     value_of("exposure", scene).parse().expect("a number")
 }
 
-/// A window after its first picture, and the number of the allocation that is its next one, which will fail.
+/// A window after its first picture, and the number of its next allocation: a program that is started to fail that one fails
+/// right after the picture.
 fn opened_on_the_brink() -> (Window, usize) {
     let (folder, display) = (Folder::new(), Display::new());
     let started = (20..100).find_map(|n| {

@@ -13,7 +13,7 @@ pub struct Series {
     pub description: String,
     /// "CT", "MR" and so on.
     pub modality: String,
-    /// Slices in the files, doubles left out.
+    /// Slices in the files, duplicates left out.
     pub slices: u32,
     /// Voxels along each axis once it is loaded.
     pub dims: [u32; 3],

@@ -176,7 +176,8 @@ fn a_sun_that_grazes_a_clip_plane() {
     );
 }
 
-/// Of a thin medium, the cache loses what bends between its nodes; in a dense one, paths do without it.
+/// At an edge of 0.3 in a voxel the cache interpolates across and smooths light; from a step of 0.4 on, the edge is left to
+/// paths.
 #[test]
 fn light_behind_a_sharp_edge_within_the_volume() {
     for (depth, limits, in_motion) in [

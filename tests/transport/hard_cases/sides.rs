@@ -18,7 +18,7 @@ fn ramp(density: f64) -> Medium {
     absorbing(density, &[(0.0, 0.0), (1.0, 1.0)])
 }
 
-/// All rays of the picture are one and the same: it is far smaller than a digit of its position.
+/// The picture is 1e-9 high, less than single precision resolves at that distance: all its rays coincide.
 fn single_ray(through: [f64; 3], towards: [f64; 3]) -> Camera {
     Camera {
         eye: std::array::from_fn(|a| through[a] - 40.0 * towards[a]),

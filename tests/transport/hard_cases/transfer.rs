@@ -53,7 +53,8 @@ fn empty() {
     assert!(film.mean.iter().all(|pixel| pixel[0] == 1.0));
 }
 
-/// One voxel then stands for the eight around a place.
+/// A transfer function that is one line over the data (`is_linear`): shaders read one voxel, drawn with the trilinear
+/// weights, instead of interpolating eight.
 #[test]
 fn straight() {
     for format in [as_u8, as_u16, as_f32] {

@@ -97,7 +97,7 @@ mod twins {
             pub sampled: vec3,
             pub sampled_radiance: vec3,
             pub sampled_density: float,
-            /// What arrives from a direction that its own density had lost.
+            /// `escaping_radiance` for a density of 0: it must be 0, not NaN.
             pub lost: vec3,
         }
 

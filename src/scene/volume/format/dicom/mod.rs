@@ -10,7 +10,7 @@
 
 mod charset;
 mod data_set;
-mod doubles;
+mod duplicates;
 mod elements;
 mod file;
 mod find;
@@ -107,7 +107,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
         (None, others @ 1..) => other_volumes_hint(others),
         _ => String::new(),
     };
-    source.compare_doubles(&remedy)?;
+    source.compare_duplicates(&remedy)?;
     match (gaps, overrides.fill_gaps) {
         (Some(gaps), true) => notes.push(format!("{gaps}; they are interpolated")),
         (Some(gaps), false) => return Err((incomplete(&gaps, &found) + &remedy).into()),

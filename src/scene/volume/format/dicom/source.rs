@@ -6,7 +6,7 @@ use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::region::Region;
 use crate::scene::volume::source::{Access, Cursor, Source};
 
-use super::doubles::compare;
+use super::duplicates::compare;
 use super::frame_reader::FrameReader;
 use super::image::Image;
 use super::interpolation::interpolate;
@@ -32,8 +32,8 @@ impl StackSource {
     }
 
     /// Fails unless frames at one place are the same. `remedy` is the end of the sentence.
-    pub fn compare_doubles(&self, remedy: &str) -> Parsed<()> {
-        compare(&self.reader, &self.stack.doubles, remedy)
+    pub fn compare_duplicates(&self, remedy: &str) -> Parsed<()> {
+        compare(&self.reader, &self.stack.duplicates, remedy)
     }
 
     /// Reads the part of one slice that lies in a region.

@@ -42,7 +42,7 @@ pub struct Stack {
     pub shifts: Vec<f64>,
     pub slices: Vec<Slice>,
     /// Frames that lie where one of `frames` lies.
-    pub doubles: Vec<(At, At)>,
+    pub duplicates: Vec<(At, At)>,
     /// A sentence about missing slices.
     pub gaps: Option<String>,
     /// A sentence about a size of pixels that is not stated.
@@ -75,7 +75,7 @@ impl Stack {
             frames: vec![picture],
             shifts: vec![0.0],
             slices: vec![Slice::exact(0)],
-            doubles: Vec::new(),
+            duplicates: Vec::new(),
             gaps: None,
             guess,
             notes,
@@ -122,7 +122,7 @@ impl Stack {
             Coordinates::RightHanded
         };
         let (_, orientation) = Orientation::from_steps(steps.map(Into::into), coordinates)?;
-        notes.extend(told_doubles(placed.doubles.len()));
+        notes.extend(told_duplicates(placed.duplicates.len()));
         Ok(Stack {
             dims: [
                 image.columns,
@@ -134,7 +134,7 @@ impl Stack {
             frames: placed.frames,
             shifts,
             slices: even.slices,
-            doubles: placed.doubles,
+            duplicates: placed.duplicates,
             gaps: even.gaps,
             guess,
             notes,
@@ -143,7 +143,7 @@ impl Stack {
 }
 
 /// What is said of slices that lie where others lie.
-fn told_doubles(count: usize) -> Option<String> {
+fn told_duplicates(count: usize) -> Option<String> {
     match count {
         0 => None,
         1 => Some(
@@ -171,8 +171,8 @@ pub fn is_continued<'a, P: Eq + Hash>(
     let placed = Placed::in_order(images, group, plane);
     let distances = placed.distances();
     let usual = median(&distances).unwrap_or(0.0);
-    let mut doubles = placed.doubles.iter();
-    let is_repeated = doubles.any(|(a, b)| part(a) != part(b));
+    let mut duplicates = placed.duplicates.iter();
+    let is_repeated = duplicates.any(|(a, b)| part(a) != part(b));
     let pairs = placed.frames.windows(2).zip(&distances);
     let borders = pairs.filter(|(pair, _)| part(&pair[0]) != part(&pair[1]));
     let borders: Vec<f64> = borders.map(|(_, distance)| *distance).collect();
@@ -189,7 +189,7 @@ pub fn is_even(images: &[Image], group: &Group) -> bool {
     let plane = frame(images, group.frames[0]).plane;
     plane.is_some_and(|plane| {
         let placed = Placed::in_order(images, group, plane);
-        placed.doubles.is_empty() && placed.is_even() && Stack::new(images, group).is_ok()
+        placed.duplicates.is_empty() && placed.is_even() && Stack::new(images, group).is_ok()
     })
 }
 
@@ -198,11 +198,11 @@ pub fn at_each_place(images: &[Image], group: &Group) -> Option<Vec<Vec<At>>> {
     let plane = frame(images, group.frames[0]).plane?;
     let placed = Placed::in_order(images, group, plane);
     let mut places: Vec<Vec<At>> = Vec::new();
-    let mut doubles = placed.doubles.iter().peekable();
+    let mut duplicates = placed.duplicates.iter().peekable();
     for first in &placed.frames {
         let is_here = |(one, _): &&(At, At)| (one.image, one.frame) == (first.image, first.frame);
         let mut here = vec![*first];
-        while let Some((_, other)) = doubles.next_if(is_here) {
+        while let Some((_, other)) = duplicates.next_if(is_here) {
             here.push(*other);
         }
         places.push(here);
@@ -217,7 +217,7 @@ struct Placed {
     /// Millimetres along the normal, ascending.
     places: Vec<f64>,
     normal: DVec3,
-    doubles: Vec<(At, At)>,
+    duplicates: Vec<(At, At)>,
 }
 
 impl Placed {
@@ -234,12 +234,12 @@ impl Placed {
             planes: Vec::new(),
             places: Vec::new(),
             normal,
-            doubles: Vec::new(),
+            duplicates: Vec::new(),
         };
         for (place, at) in all {
             match (placed.places.last(), placed.frames.last()) {
-                (Some(last), Some(double)) if place - last <= near => {
-                    placed.doubles.push((*double, at));
+                (Some(last), Some(duplicate)) if place - last <= near => {
+                    placed.duplicates.push((*duplicate, at));
                 }
                 _ => {
                     placed.frames.push(at);

@@ -9,10 +9,10 @@ use super::group::{At, frame};
 use super::values::{FrameConversion, Values};
 
 /// Fails unless the frames of each pair are the same. `remedy` is the end of the sentence.
-pub fn compare(reader: &FrameReader, doubles: &[(At, At)], remedy: &str) -> Parsed<()> {
+pub fn compare(reader: &FrameReader, duplicates: &[(At, At)], remedy: &str) -> Parsed<()> {
     let images = reader.images();
     let name = |at: At| images[at.image].frame_name(frame(images, at).index);
-    doubles.par_iter().try_for_each(|(one, other)| {
+    duplicates.par_iter().try_for_each(|(one, other)| {
         if holds_same(reader, [*one, *other])? {
             Ok(())
         } else {
