@@ -101,7 +101,7 @@ fn disney_under_an_image() {
 }
 
 #[test]
-fn a_medium_under_an_image_and_two_suns() {
+fn a_medium_under_an_image_and_three_suns() {
     let mut scene = scene();
     scene.medium = Some(medium(
         0.5,
@@ -117,6 +117,7 @@ fn a_medium_under_an_image_and_two_suns() {
     scene.lights.suns = vec![
         sun([-0.5, -1.0, -0.3], [0.6, 0.5, 0.4]),
         sun([0.8, -0.2, -0.6], [0.2, 0.3, 0.4]),
+        sun([0.1, 0.7, -0.7], [0.1, 0.4, 0.2]),
     ];
     assert_agreement(Trial {
         name: "image and suns",
