@@ -2,6 +2,7 @@
 //! it; a standard error above one in a thousand, and above 2e-4, decides nothing and fails.
 
 mod attenuation;
+mod background;
 mod furnace;
 mod slabs;
 mod spheres;
