@@ -41,6 +41,8 @@ fn a_render_leaves_whole_files_and_nothing_else() {
 fn the_exr_holds_layers_and_says_how_it_was_made() {
     let folder = Folder::new();
     folder.succeed("render ball.toml -o a.exr --spp 16 --seed 5");
+    let coloured = crate::SCENE.replace("value = 150", "value = 150\ncolor = [0.9, 0.5, 0.2]");
+    folder.write("ball.toml", coloured.as_bytes());
     let image = folder.exr("a.exr");
     let layer = &image.layer_data[0];
     let channels = &layer.channel_data.list;
@@ -58,7 +60,8 @@ fn the_exr_holds_layers_and_says_how_it_was_made() {
     let (corner, center) = (0, 8 * 24 + 12);
     assert_eq!(value("depth.Z", corner), f32::INFINITY);
     assert!(value("depth.Z", center).is_finite());
-    assert_eq!(value("albedo.R", center), 0.8);
+    let albedo = ["albedo.R", "albedo.G", "albedo.B"].map(|channel| value(channel, center));
+    assert_eq!(albedo, [0.9, 0.5, 0.2]);
     assert!(value("normal.Z", center) > 0.9, "it faces the camera");
     assert_eq!(
         value("stderr.G", corner),
