@@ -1,6 +1,8 @@
 //! The published baseline (`src/render/published`): where its choices do not matter it agrees with
 //! what is known, and it takes the memory that the paper says.
 
+use std::f64::consts::PI;
+
 use isolume::gpu::Memory;
 use isolume::render::{GpuScene, Plan, Renderer, Until};
 use isolume::scene::volume::Volume;
@@ -8,6 +10,7 @@ use isolume::scene::*;
 
 use crate::support::common::*;
 use crate::support::fields::field;
+use crate::support::small_scenes::{medium, sun, surface};
 
 const SIDE: u32 = 16;
 
@@ -74,7 +77,7 @@ fn a_white_furnace_is_white() {
 }
 
 #[test]
-fn thin_medium_under_a_sky_looks_as_in_our_model() {
+fn medium_under_a_sky_looks_as_in_our_model() {
     let scene = scene(uniform_medium(3.0, 0.8, 0.0));
     let ours = brightness(&render(&scene, &block(), 4, 32, 1).mean);
     let theirs = brightness(&publish(scene, &block(), 64));
@@ -88,7 +91,7 @@ fn thin_medium_under_a_sky_looks_as_in_our_model() {
 
 /// A cone of the sun's fluence stands for the sun.
 #[test]
-fn a_sun_brings_as_much_light_to_thin_medium() {
+fn a_sun_brings_as_much_light_to_medium() {
     let mut scene = scene(uniform_medium(1.0, 0.8, 0.0));
     scene.lights.environment.radiance = [0.0; 3];
     scene.lights.suns.push(DirectionalLight {
@@ -107,7 +110,7 @@ fn a_sun_brings_as_much_light_to_thin_medium() {
 /// Where no medium hides it, a sphere's silhouette is that of our exact hits, to a few pixels at its
 /// edge.
 #[test]
-fn its_depths_find_a_sphere() {
+fn its_silhouette_is_a_spheres() {
     let spacing = [1.0 / f64::from(SIDE); 3];
     let ball = field([SIDE; 3], spacing, |p| (8.0 - p.length()) as f32);
     let mut scene = scene(uniform_medium(1.0, 0.8, 0.0));
@@ -127,6 +130,53 @@ fn its_depths_find_a_sphere() {
     assert!(differ < 10, "{differ} pixels differ");
     // By the headlight, a Lambert surface that faces the camera shows its colour.
     assert!((picture[16 * 32 + 16][1] - 0.5).abs() < 0.05);
+}
+
+/// The sun's light reaches a surface through any medium; only what the surface reflects is attenuated.
+#[test]
+fn a_surface_is_lit_as_in_vacuum_and_seen_through_the_medium_in_front_alone() {
+    const DENSITY: f64 = 6.0;
+    const MIDDLE: usize = 16 * 33 + 16;
+    const ISOVALUE: f64 = 2.5;
+    let (color, irradiance) = ([0.5, 0.7, 0.9], [3.0, 2.0, 1.0]);
+    let spacing = [1.0 / f64::from(SIDE); 3];
+    let ball = field([SIDE; 3], spacing, |p| (8.0 - p.length()) as f32);
+    let scene = |opacity_within: f64| {
+        let camera = Camera {
+            eye: [0.0, 0.0, 2.0],
+            target: [0.0; 3],
+            up: [0.0, 1.0, 0.0],
+            projection: Projection::Orthographic { height: 1.0 },
+        };
+        let mut scene = empty_scene([33, 33], camera);
+        // A voxel behind the surface, since its depth errs towards the back.
+        let black = [0.0; 3];
+        let points = [
+            (0.0, 1.0, black),
+            (ISOVALUE + 1.0, 1.0, black),
+            (ISOVALUE + 1.0, opacity_within, black),
+        ];
+        scene.medium = Some(medium(DENSITY, 0.0, &points));
+        scene.surfaces.iso = vec![surface(ISOVALUE, 1.0, color, Shading::Lambert)];
+        scene.lights.suns = vec![sun([-0.5, -0.3, -0.8], irradiance)];
+        scene
+    };
+    let dense = scene(1.0);
+    let [x, y, z, depth] = first_hits(&dense, &ball).normal_depth[MIDDLE].map(f64::from);
+    let [sun_x, sun_y, sun_z] = dense.lights.suns[0].direction;
+    let cosine = -(x * sun_x + y * sun_y + z * sun_z);
+    // From the eye to the box it is 1.5.
+    let transmittance = (-DENSITY * (depth - 1.5)).exp();
+    let seen = publish(dense, &ball, 32)[MIDDLE];
+    println!(
+        "{seen:?} at a depth of {depth}, {cosine:.3} of the sun's light, {transmittance:.3} of it seen"
+    );
+    for c in 0..3 {
+        let exact = color[c] * cosine * irradiance[c] / PI * transmittance;
+        let error = f64::from(seen[c]) / exact - 1.0;
+        assert!(error.abs() < 0.02, "channel {c}: {error:+.3}");
+    }
+    assert_eq!(publish(scene(0.0), &ball, 32)[MIDDLE], seen);
 }
 
 #[test]
