@@ -268,6 +268,32 @@ mod tests {
     }
 
     #[test]
+    fn the_best_kind_comes_first_and_an_index_or_a_part_of_a_name_picks_another() {
+        let of = |(index, (kind, name)): (usize, (DeviceKind, &str))| DeviceSummary {
+            index,
+            name: name.into(),
+            kind,
+            lacks: Vec::new(),
+            ..a_device()
+        };
+        let kinds = [
+            (DeviceKind::Cpu, "llvmpipe"),
+            (DeviceKind::Integrated, "Intel Iris"),
+            (DeviceKind::Discrete, "Radeon Pro"),
+        ];
+        let all: Vec<_> = kinds.into_iter().enumerate().map(of).collect();
+        let chosen = |wanted| -> Vec<usize> {
+            let devices = candidates(&all, wanted).expect("a device");
+            devices.iter().map(|device| device.index).collect()
+        };
+        assert_eq!(chosen(None), [2, 1, 0]);
+        assert_eq!(chosen(Some("0")), [0]);
+        assert_eq!(chosen(Some("1")), [1]);
+        assert_eq!(chosen(Some("iris")), [1]);
+        assert_eq!(chosen(Some("radeon")), [2]);
+    }
+
+    #[test]
     fn an_unusable_device_is_named_with_what_it_lacks() {
         let mut device = a_device();
         device.lacks = vec!["scalarBlockLayout (for structs)".into()];
