@@ -1,6 +1,6 @@
 //! The memory that may be used, on the GPU and on the host, and the source of that limit.
 
-use crate::gpu::Device;
+use crate::gpu::{Device, DeviceKind};
 
 /// A limit as set by a user.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,12 +32,12 @@ pub enum BudgetSource {
 
 /// Bytes of the host's memory that a user allows; without a limit, half of what is free beside the device's budget, if that
 /// is in the host's memory as well. (Half of what is free is counted of it at most: a budget is not always used.)
-pub(crate) fn of_host(asked: Option<Limit>, free: u64, device: &Device, budget: &Budget) -> u64 {
+pub(crate) fn of_host(asked: Option<Limit>, free: u64, kind: DeviceKind, budget: &Budget) -> u64 {
     match asked {
         Some(Limit::Bytes(bytes)) => bytes,
         Some(Limit::Percent(share)) => (free as f64 * share / 100.0) as u64,
         None => {
-            let is_shared = device.summary.kind.is_software();
+            let is_shared = kind.is_software();
             let of_device = if is_shared {
                 budget.bytes.min(free / 2)
             } else {
@@ -52,10 +52,13 @@ impl Budget {
     /// The budget that the user allows, but never more than the device's heap holds; without a limit, what the driver
     /// grants, but no more than half of what the host has free where the device is a CPU.
     pub(crate) fn of(device: &Device, asked: Option<Limit>, free: u64) -> Budget {
-        let Some(limit) = asked else {
-            return Budget::by_default(device, free);
-        };
-        let heap = device.summary.device_local_bytes;
+        match asked {
+            Some(limit) => Budget::limited(limit, device.summary.device_local_bytes),
+            None => Budget::by_default(device.default_budget(), device.summary.kind, free),
+        }
+    }
+
+    fn limited(limit: Limit, heap: u64) -> Budget {
         let bytes = match limit {
             Limit::Bytes(bytes) => bytes,
             Limit::Percent(share) => (heap as f64 * share / 100.0) as u64,
@@ -73,8 +76,7 @@ impl Budget {
         }
     }
 
-    fn by_default(device: &Device, free: u64) -> Budget {
-        let (bytes, driver) = device.default_budget();
+    fn by_default((bytes, driver): (u64, &'static str), kind: DeviceKind, free: u64) -> Budget {
         let granted = Budget {
             bytes,
             source: BudgetSource::Driver(driver),
@@ -83,10 +85,71 @@ impl Budget {
             bytes: free / 2,
             source: BudgetSource::Host,
         };
-        if device.summary.kind.is_software() && of_host.bytes < granted.bytes {
+        if kind.is_software() && of_host.bytes < granted.bytes {
             of_host
         } else {
             granted
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_limit_holds_up_to_the_heap() {
+        const HEAP: u64 = 8000;
+        for (limit, bytes, is_the_heap) in [
+            (Limit::Percent(25.0), 2000, false),
+            (Limit::Percent(100.0), 8000, false),
+            (Limit::Bytes(3000), 3000, false),
+            (Limit::Bytes(8000), 8000, false),
+            (Limit::Bytes(8001), 8000, true),
+        ] {
+            let source = if is_the_heap {
+                BudgetSource::Heap(limit)
+            } else {
+                BudgetSource::Limit(limit)
+            };
+            assert_eq!(Budget::limited(limit, HEAP), Budget { bytes, source });
+        }
+    }
+
+    #[test]
+    fn by_default_a_cpu_gets_half_of_the_free_memory_if_the_driver_grants_more() {
+        let driver = BudgetSource::Driver("the driver");
+        for (kind, free, bytes, source) in [
+            (DeviceKind::Discrete, 1000, 6000, driver),
+            (DeviceKind::Cpu, 16_000, 6000, driver),
+            (DeviceKind::Cpu, 12_000, 6000, driver),
+            (DeviceKind::Cpu, 10_000, 5000, BudgetSource::Host),
+        ] {
+            let budget = Budget::by_default((6000, "the driver"), kind, free);
+            assert_eq!(budget, Budget { bytes, source }, "{kind}, {free} free");
+        }
+    }
+
+    #[test]
+    fn the_host_keeps_half_of_what_the_device_leaves_of_its_memory() {
+        let (cpu, gpu) = (DeviceKind::Cpu, DeviceKind::Discrete);
+        for (asked, kind, budget, bytes) in [
+            (Some(Limit::Bytes(20_000)), cpu, 4000, 20_000),
+            (Some(Limit::Percent(30.0)), cpu, 4000, 3000),
+            (None, gpu, 4000, 5000),
+            (None, cpu, 4000, 3000),
+            // Of a budget above half of what is free, that half is counted.
+            (None, cpu, 9000, 2500),
+        ] {
+            let budget = Budget {
+                bytes: budget,
+                source: BudgetSource::Driver("the driver"),
+            };
+            assert_eq!(
+                of_host(asked, 10_000, kind, &budget),
+                bytes,
+                "{asked:?}, {kind}"
+            );
         }
     }
 }

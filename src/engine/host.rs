@@ -55,7 +55,7 @@ impl Host {
         let free = host_memory::free();
         let budget = Budget::of(&device, vram_budget, free);
         Host {
-            ram_budget: budget::of_host(ram_budget, free, &device, &budget),
+            ram_budget: budget::of_host(ram_budget, free, device.summary.kind, &budget),
             free,
             budget,
             device,
