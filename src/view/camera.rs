@@ -146,4 +146,31 @@ mod tests {
         let [x, y] = project(&panned, DVec3::ZERO).expect("in front of the eye");
         assert!((x - 0.25).abs() < 1e-9 && (y + 0.1).abs() < 1e-9, "{x} {y}");
     }
+
+    #[test]
+    fn a_wheel_forward_comes_nearer() {
+        let nearer = zoom(&camera(), 2.0);
+        assert!(near(nearer.eye, [0.0, 0.0, 8.1]), "{nearer:?}");
+        assert_eq!(nearer.projection, camera().projection);
+        let parallel = Camera {
+            projection: Projection::Orthographic { height: 10.0 },
+            ..camera()
+        };
+        let nearer = zoom(&parallel, 2.0);
+        assert_eq!(nearer.eye, parallel.eye);
+        assert!((height_at_target(&nearer) - 8.1).abs() < 1e-9, "{nearer:?}");
+    }
+
+    #[test]
+    fn the_keys_1_to_6_show_the_sides_in_the_order_of_the_table_in_readme() {
+        let name = |side: &Side| match serde_json::to_value(side) {
+            Ok(serde_json::Value::String(name)) => name.replace('-', "−"),
+            other => panic!("{other:?}"),
+        };
+        let names = |axes| named_views(axes).each_ref().map(name);
+        let anatomical = names(Some("LPS".parse().expect("axes"))).join(", ");
+        let others = names(None).join(" ");
+        let row = format!("{anatomical} where they are known, or {others} |");
+        assert!(include_str!("../../README.md").contains(&row), "{row}");
+    }
 }

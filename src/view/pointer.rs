@@ -5,6 +5,7 @@ use glam::{DQuat, DVec3};
 
 use super::camera::{orbit, pan, zoom};
 use super::session::Session;
+use crate::scene::TransferPoint;
 
 /// Share of the data's range by which a step of the wheel moves an isovalue.
 const ISOVALUE_STEP: f64 = 0.005;
@@ -81,13 +82,15 @@ fn shift_isovalue(session: &mut Session, steps: f64) {
     }
 }
 
-/// Window and level as in radiology: sideways widens the transfer function, up and down shifts it.
 fn window_and_level(session: &mut Session, drag: [f64; 2]) {
-    let [low, high] = session.document.range();
-    let Some(medium) = &mut session.scene.medium else {
-        return;
-    };
-    let points = &mut medium.transfer;
+    let range = session.document.range();
+    if let Some(medium) = &mut session.scene.medium {
+        move_window(&mut medium.transfer, drag, range);
+    }
+}
+
+/// Window and level as in radiology: sideways widens the transfer function, up and down shifts it.
+fn move_window(points: &mut [TransferPoint], drag: [f64; 2], [low, high]: [f64; 2]) {
     let (Some(first), Some(last)) = (points.first(), points.last()) else {
         return;
     };
@@ -107,5 +110,32 @@ fn turn_sun(session: &mut Session, drag: [f64; 2]) {
         let about_right = DQuat::from_axis_angle(right, drag[1] * std::f64::consts::PI);
         let turned = about_up * about_right * DVec3::from(sun.direction);
         sun.direction = turned.normalize().to_array();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn dragged(drag: [f64; 2]) -> [f64; 2] {
+        let mut points = [100.0, 300.0].map(|value| TransferPoint {
+            value,
+            opacity: 1.0,
+            color: [1.0; 3],
+        });
+        move_window(&mut points, drag, [-1000.0, 1000.0]);
+        points.map(|point| point.value)
+    }
+
+    #[test]
+    fn a_drag_up_over_the_picture_raises_the_level_by_half_the_range() {
+        assert_eq!(dragged([0.0, -1.0]), [1100.0, 1300.0]);
+        assert_eq!(dragged([0.0, 0.1]), [0.0, 200.0]);
+    }
+
+    #[test]
+    fn a_drag_to_the_right_widens_the_window_about_its_middle() {
+        assert_eq!(dragged([0.5, 0.0]), [0.0, 400.0]);
+        assert_eq!(dragged([-0.5, 0.0]), [150.0, 250.0]);
     }
 }
