@@ -87,4 +87,15 @@ mod tests {
         let errors = sums.standard_error(2, 2, f64::INFINITY);
         assert_eq!(errors, [[f32::INFINITY; 3], [0.0; 3]]);
     }
+
+    /// Four units of two samples whose means in red are 1, 2, 3 and 6: they differ from their mean 3 by squares of 14, each
+    /// of which counts for two samples. The mean's variance is that of a unit's mean, 14 / 3, divided by four units.
+    #[test]
+    fn the_variance_of_a_mean_is_that_of_its_units_by_their_number() {
+        let squares = [[2.0 * 14.0, 6.0, 0.0, 9.0]];
+        let [[red, green, blue]] = variance(&squares, 8, 4).try_into().expect("a pixel");
+        assert!((red - 14.0 / 3.0 / 4.0).abs() < 1e-6, "{red}");
+        assert_eq!([green, blue], [0.25, 0.0]);
+        assert_eq!(variance(&squares, 2, 1), [[f32::INFINITY; 3]]);
+    }
 }
