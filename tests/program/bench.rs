@@ -3,16 +3,11 @@
 use serde_json::Value;
 
 use crate::folder::Folder;
+use crate::number::number;
 use crate::refusals::refused;
 use crate::text;
 
 const BENCH: &str = "bench ball.toml -o report --size 24x16";
-
-fn number(value: &Value) -> f64 {
-    value
-        .as_f64()
-        .unwrap_or_else(|| panic!("{value} is no number"))
-}
 
 fn list(value: &Value) -> &[Value] {
     value.as_array().unwrap_or_else(|| panic!("{value}"))

@@ -10,6 +10,8 @@ mod dicom_scan;
 mod faulty;
 #[path = "../support/folder.rs"]
 mod folder;
+#[path = "../support/number.rs"]
+mod number;
 #[cfg(target_os = "linux")]
 #[path = "../support/tiff_files.rs"]
 mod tiff_files;

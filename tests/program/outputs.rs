@@ -3,6 +3,7 @@
 use exr::prelude::{AttributeValue, Text};
 use serde_json::{Value, json};
 
+use crate::number::number;
 use crate::refusals::refused;
 use crate::{Folder, ended, last_line, text};
 
@@ -40,9 +41,9 @@ fn a_render_leaves_whole_files_and_nothing_else() {
 #[test]
 fn the_exr_holds_layers_and_says_how_it_was_made() {
     let folder = Folder::new();
-    folder.succeed("render ball.toml -o a.exr --spp 16 --seed 5");
     let coloured = crate::SCENE.replace("value = 150", "value = 150\ncolor = [0.9, 0.5, 0.2]");
     folder.write("ball.toml", coloured.as_bytes());
+    folder.succeed("render ball.toml -o a.exr --spp 16 --seed 5");
     let image = folder.exr("a.exr");
     let layer = &image.layer_data[0];
     let channels = &layer.channel_data.list;
@@ -184,14 +185,14 @@ fn an_orbit_looks_at_one_cache_from_all_sides() {
         (&json!([8, 8, 8]), &json!("f16"))
     );
     assert_eq!(cache["cells"], 512);
-    let number = |key: &str| cache[key].as_f64().unwrap_or_else(|| panic!("{stats:#}"));
-    assert!(number("active_cells") > 0.0 && number("active_cells") <= 512.0);
-    assert!(number("updates_per_cell") >= 4.0 && number("relative_error") > 0.0);
-    assert!(number("bytes") > 0.0 && cache["converged"].is_boolean());
+    let figure = |key: &str| number(&cache[key]);
+    assert!(figure("active_cells") > 0.0 && figure("active_cells") <= 512.0);
+    assert!(figure("updates_per_cell") >= 4.0 && figure("relative_error") > 0.0);
+    assert!(figure("bytes") > 0.0 && cache["converged"].is_boolean());
     let passes = stats["passes"].as_array().expect("passes");
     let march = passes.iter().find(|p| p["name"] == "ray_march");
     assert!(
-        march.is_some_and(|p| p["peak_share"].as_f64() > Some(0.0)),
+        march.is_some_and(|p| number(&p["peak_share"]) > 0.0),
         "{passes:#?}"
     );
 }
@@ -267,7 +268,7 @@ fn the_published_baseline_renders_by_name() {
     let stats = folder.json("s.json");
     assert_eq!(stats["variant"], "published");
     assert_eq!(stats["reason"], "it was asked for");
-    assert!(stats["spp"].as_u64() >= Some(4), "{stats:#}");
+    assert!(number(&stats["spp"]) >= 4.0, "{stats:#}");
     assert!(stats["relative_error"].is_null(), "{stats:#}");
     let memory = &stats["memory"];
     assert_eq!(memory["planned_bytes"], memory["peak_bytes"]);
@@ -276,7 +277,7 @@ fn the_published_baseline_renders_by_name() {
     assert_eq!(cache["format"], "f32");
     assert_eq!(cache["bytes"], 56 * 16 * 16 * 16);
     assert_eq!(cache["cells"], cache["active_cells"]);
-    assert!(cache["updates_per_cell"].as_f64() >= Some(4.0), "{cache}");
+    assert!(number(&cache["updates_per_cell"]) >= 4.0, "{cache}");
     let plan = folder.succeed("plan ball.toml --variant published --json");
     let plan: Value = serde_json::from_slice(&plan.stdout).expect("JSON");
     assert_eq!(plan["planned_bytes"], memory["planned_bytes"]);
@@ -337,7 +338,7 @@ fn comparing_tells_noise_from_nothing() {
         (Some(0.0), Some(0.0))
     );
     let other = compared("compare a.exr b.exr --json");
-    assert!(other["mse"].as_f64() > Some(0.0));
+    assert!(number(&other["mse"]) > 0.0);
     for key in ["relmse", "psnr", "ssim", "flip"] {
         assert!(other[key].is_number(), "{key}: {other:#}");
     }
@@ -348,8 +349,8 @@ fn comparing_tells_noise_from_nothing() {
     folder.succeed("render ball.toml --spp 16 --seed 3 -o c.exr");
     folder.succeed("render ball.toml --spp 16 --seed 4 -o d.exr");
     let again = compared("compare a.exr b.exr --again c.exr d.exr --json");
-    let [with, without] = ["psnr", "psnr_without_noise"].map(|key| again[key].as_f64());
-    assert!(without > with.map(|psnr| psnr + 6.0), "{again:#}");
+    let [with, without] = ["psnr", "psnr_without_noise"].map(|key| number(&again[key]));
+    assert!(without > with + 6.0, "{again:#}");
     for flags in ["--again c.exr d.exr --again c.exr d.exr", "--exposure 101"] {
         refused(&folder, &format!("compare a.exr b.exr {flags}"), 2);
     }

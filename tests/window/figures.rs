@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use crate::display::Display;
 use crate::folder::Folder;
 use crate::hand::{Hand, back_to_first_size};
+use crate::number::number;
 use crate::program::{Program, WINDOW};
 use crate::window::Window;
 use crate::{MIDDLE, PICTURE};
@@ -41,21 +42,21 @@ fn figures_of_turning() {
         let cores = (window.program.cpu_seconds() - before) / began.elapsed().as_secs_f64();
         std::thread::sleep(long);
         let stats = window.close();
-        let number = |key: &str| stats[key].as_f64().expect("a number");
+        let figure = |key: &str| number(&stats[key]);
         println!(
             "turning in a window of {size:?}: {:.1} frames/s, 95 % within {:.0} ms, longest {:.0} ms, {:.1} % of the \
              pixels, {cores:.2} cores; from input to frame: {}; then at rest: {:.1} frames/s, 95 % within {:.0} ms, \
              longest {:.0} ms",
-            1e3 / number("moving_frame_ms_median"),
-            number("moving_frame_ms_p95"),
-            number("moving_frame_ms_max"),
-            100.0 * number("moving_scale").powi(2),
+            1e3 / figure("moving_frame_ms_median"),
+            figure("moving_frame_ms_p95"),
+            figure("moving_frame_ms_max"),
+            100.0 * figure("moving_scale").powi(2),
             stats["response"],
-            1e3 / number("resting_frame_ms_median"),
-            number("resting_frame_ms_p95"),
-            number("resting_frame_ms_max"),
+            1e3 / figure("resting_frame_ms_median"),
+            figure("resting_frame_ms_p95"),
+            figure("resting_frame_ms_max"),
         );
-        assert!(stats["response"]["frames_max"].as_f64() <= Some(2.0));
+        assert!(number(&stats["response"]["frames_max"]) <= 2.0);
     }
 }
 

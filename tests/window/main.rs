@@ -9,6 +9,8 @@ mod dicom_files;
 mod dicom_scan;
 #[path = "../support/folder.rs"]
 mod folder;
+#[path = "../support/number.rs"]
+mod number;
 
 mod display;
 mod figures;
