@@ -112,8 +112,15 @@ fn a_plain_file_streams_through_little_memory() {
         assert!(!text(&output.stderr).contains("copying"), "{output:?}");
         assert!(folder.read("a.exr") == folder.read("whole.exr"), "{budget}");
         let bricks = &folder.json("s.json")["bricks"];
-        let [loads, resident] = ["loads", "resident"].map(|key| bricks[key].as_u64());
-        assert!(loads > resident, "{bricks}");
+        let keys = ["total", "needed", "resident", "loads", "bytes_read"];
+        let [total, needed, resident, loads, read] = keys.map(|key| number(&bricks[key]));
+        // Of a side of 32 voxels.
+        assert_eq!(total, (8 * 8 * 9) as f64, "{bricks}");
+        assert!(0.0 < resident && resident < loads, "{bricks}");
+        assert!(resident <= needed && needed <= total, "{bricks}");
+        assert!(read > loads, "{bricks}");
+        let waited = number(&bricks["waited_share"]);
+        assert!((0.0..=1.0).contains(&waited), "{bricks}");
     }
 }
 
