@@ -28,6 +28,16 @@ pub fn chi_squared(bins: &[(f64, f64)]) -> f64 {
     let pooled = sparse
         .iter()
         .fold((0.0, 0.0), |sum, b| (sum.0 + b.0, sum.1 + b.1));
+    // A pool that is dropped below may have five of its standard deviations more than it expects, and 2e-4 of all samples:
+    // by so much sums over a narrow lobe are off.
+    let all: f64 = bins.iter().map(|b| b.1).sum();
+    let most = pooled.1 + 5.0 * pooled.1.max(1.0).sqrt() + 2e-4 * all;
+    assert!(
+        pooled.0 <= most,
+        "{} samples where {} are expected",
+        pooled.0,
+        pooled.1
+    );
     let kept = dense
         .into_iter()
         .chain((pooled.1 >= 10.0).then_some(pooled));
