@@ -3,13 +3,14 @@
 #![no_main]
 
 use isolume::Stop;
-use isolume::shard::{Fingerprint, Found, Named};
+use isolume::shard::{Fingerprint, Found, Identity, Named};
 use isolume_fuzz::{folder, guard, shards, target};
 
 const MAGIC: &[u8] = b"isolume cache 1\n";
 
 fn seeds() -> Vec<Vec<u8>> {
     let header = shards::cache_header().to_string().into_bytes();
+    assert_opens(&file(&header));
     vec![
         [b"0", &file(&header)[..]].concat(),
         [b"1", &header[..]].concat(),
@@ -24,6 +25,25 @@ fn file(header: &[u8]) -> Vec<u8> {
 
 fn sealed(body: &[u8]) -> Vec<u8> {
     [body, &Fingerprint::default().with(body).bytes()].concat()
+}
+
+fn assert_opens(cache: &[u8]) {
+    let checkpoint = folder::path("a.exr");
+    folder::write("a.exr.cache", cache);
+    let found = Found::open(&checkpoint, false).expect("the seed is no cache");
+    assert!(found.is_filled());
+    let identity = shards::identity();
+    found
+        .check(&named(&identity), &named(&identity), &Stop::default(), 1)
+        .expect("the seed belongs to another render");
+}
+
+fn named(identity: &Identity) -> Named<'_> {
+    Named {
+        name: "this",
+        identity,
+        scene: "",
+    }
 }
 
 fn parse(bytes: &[u8]) {
@@ -41,12 +61,7 @@ fn parse(bytes: &[u8]) {
         let Ok(found) = Found::open(&checkpoint, false) else {
             return;
         };
-        let named = Named {
-            name: "this",
-            identity: &identity,
-            scene: "",
-        };
-        let _ = found.check(&named, &named, &Stop::default(), 1);
+        let _ = found.check(&named(&identity), &named(&identity), &Stop::default(), 1);
         found.is_filled();
         found.fill();
     });

@@ -64,9 +64,26 @@ fn open(volume: &Path, stores: &Stores) -> isolume::Result<()> {
 fn seeds() -> Vec<Vec<u8>> {
     let store = std::fs::read(&GENUINE.path).expect("a store");
     let table = &GENUINE.table;
+    assert_is_used(&sealed(table, &GENUINE.chunks));
     let length = (table.len() as u16).to_le_bytes();
     let parts = [b"1", &length[..], table, &GENUINE.chunks].concat();
     vec![[b"0", &store[..]].concat(), parts]
+}
+
+/// The volume can be read from such a store, and it is not written anew.
+fn assert_is_used(store: &[u8]) {
+    let Genuine {
+        volume,
+        stores,
+        path,
+        ..
+    } = &*GENUINE;
+    std::fs::write(path, store).expect("a store");
+    open(volume, stores).expect("a volume");
+    assert!(
+        std::fs::read(path).expect("a store") == store,
+        "the seed is no store"
+    );
 }
 
 fn parse(bytes: &[u8]) {
