@@ -273,6 +273,11 @@ fn an_earlier_picture_is_whole_or_not_there() {
     );
     let modified = |name| std::fs::metadata(folder.path(name)).and_then(|about| about.modified());
     let mut child = started(&folder, &orbit);
+    let lock = folder.path("c.exr.lock");
+    wait_until(&mut child, "a lock", || lock.exists());
+    let locked = Instant::now();
+    wait_until(&mut child, "a checkpoint", || modified("c.exr").is_ok());
+    let compiling = locked.elapsed();
     wait_until(&mut child, "a checkpoint of the second picture", || {
         let times = modified("turn.0001.exr").ok().zip(modified("c.exr").ok());
         times.is_some_and(|(picture, checkpoint)| checkpoint > picture)
@@ -282,12 +287,11 @@ fn an_earlier_picture_is_whole_or_not_there() {
     let first = folder.path("turn.0001.exr");
     std::fs::remove_file(&first).expect("it was there");
     let checkpoint = folder.read("c.exr");
-    // Less than the picture takes, and at last more than compiling.
-    let was_under_way = [800, 1200, 1800].into_iter().any(|milliseconds| {
+    // Nothing says when compiling is over. The picture takes longer than that.
+    let was_under_way = [1.0, 1.25, 1.5].into_iter().any(|times| {
         let mut child = started(&folder, &orbit);
-        let lock = folder.path("c.exr.lock");
         wait_until(&mut child, "a lock", || lock.exists());
-        std::thread::sleep(Duration::from_millis(milliseconds));
+        std::thread::sleep(compiling.mul_f64(times));
         send("INT", &child);
         let said = ends(child, 130);
         assert!(!first.exists() && folder.read("c.exr") == checkpoint);
