@@ -14,6 +14,7 @@ mod several;
 mod tiff;
 mod tiff_channels;
 mod tiff_pages;
+mod tiff_refusals;
 mod values;
 mod vdb;
 mod zarr;
