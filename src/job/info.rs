@@ -17,6 +17,7 @@ use crate::scene::{Edit, bare_volume};
 /// Bars of the histogram.
 const BINS: usize = 16;
 
+/// `isolume info`.
 pub fn info(args: &InfoArgs) -> Result<u8> {
     match &args.volume {
         Some(path) => {
@@ -197,8 +198,9 @@ impl VolumeInfo {
             Some(ref growth) => format!("orientation  {orientation} ({growth})\n"),
         };
         let most = self.histogram.iter().map(|b| b.voxels).max().unwrap_or(0);
+        // The empty background would dwarf everything else.
+        text += "histogram    values, voxels, and bars on a logarithmic scale\n";
         for bin in &self.histogram {
-            // Logarithmic: the empty background would dwarf everything else.
             let length = 40.0 * (bin.voxels as f64 + 1.0).ln() / (most as f64 + 1.0).ln();
             let bar = "█".repeat(length.round() as usize);
             text += &format!(
