@@ -1,8 +1,10 @@
 //! A volume of which the device holds a few bricks at a time makes the same picture as a whole one, to the last bit: in
 //! every variant, in both light models, whatever has to wait for what.
 
+use std::num::NonZeroU32;
 use std::time::{Duration, Instant};
 
+use isolume::engine::{Engine, Host, HostOptions, Limit, Stop};
 use isolume::gpu::Memory;
 use isolume::render::{
     Batch, BrickFigures, BrickLayout, CacheLayout, GpuScene, Renderer, Until, next_batch_size,
@@ -291,6 +293,26 @@ fn interrupted_units_leave_the_picture_as_it_was() {
     }
     assert!(dropped_some_pixels > 0, "no pixel had its units in time");
     assert_silent(&device);
+}
+
+/// Of twice the time, it is half as large a share.
+#[test]
+fn the_time_that_the_device_waits_for_bricks_is_a_share() {
+    let options = HostOptions {
+        vram_budget: Some(Limit::Bytes(8 << 20)),
+        validation: true,
+        ..HostOptions::default()
+    };
+    let host = Host::open(&options).expect("a Vulkan device and the validation layers");
+    let volume = constant_field(40_000.0, [128; 3], [0.03; 3]);
+    let scene = scene(0.0, None);
+    let mut engine = Engine::new(&host, &volume, &scene, 1).expect("an engine");
+    let samples = NonZeroU32::new(1).expect("one");
+    engine.render(Stop::at_samples(samples)).expect("a picture");
+    let share = |wall| engine.brick_stats(wall).expect("bricks").waited_share;
+    assert!(share(1.0) > 0.0);
+    assert_eq!(share(2.0), share(1.0) / 2.0);
+    host.check_validation().expect("silence");
 }
 
 /// As it is shown, whether or not it counts.
