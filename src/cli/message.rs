@@ -114,6 +114,7 @@ const OF_WINDOW: &str = "window: ";
 /// What makes a resource smaller.
 fn smaller(resource: &str, size: &str) -> String {
     match resource {
+        of_window if of_window.starts_with(OF_WINDOW) => format!("lower {WINDOW}"),
         ENVIRONMENT_IMAGE => "make the environment's image smaller".into(),
         TRANSFER_FUNCTION => "give medium.transfer fewer points".into(),
         VOLUME => "set volume.crop".into(),

@@ -121,6 +121,29 @@ pub enum MemoryError {
     Host { what: String },
 }
 
+impl MemoryError {
+    /// Whether a picture of fewer pixels may have room.
+    pub fn depends_on_size(&self) -> bool {
+        match self {
+            MemoryError::BesideWindow { why, .. } => why.depends_on_size(),
+            MemoryError::Plan { .. }
+            | MemoryError::Budget { .. }
+            | MemoryError::Allocation { .. }
+            | MemoryError::Buffer { .. }
+            | MemoryError::Image { .. }
+            | MemoryError::Cache { .. }
+            | MemoryError::VolumeBricks { .. }
+            | MemoryError::Picture { .. }
+            | MemoryError::Refused { .. }
+            | MemoryError::Device { .. } => true,
+            MemoryError::CacheScale { .. }
+            | MemoryError::CacheNodes { .. }
+            | MemoryError::CacheBricks { .. }
+            | MemoryError::Host { .. } => false,
+        }
+    }
+}
+
 fn less(planned: u64) -> String {
     if planned > 0 {
         format!(", {} of them planned otherwise", human(planned))

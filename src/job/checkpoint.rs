@@ -1,18 +1,19 @@
 //! Keeps a render's state on disk while it works: at intervals, when SIGUSR1 asks for it, and at its end.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::views::{Saved, Summed, View};
 use crate::cli::RenderArgs;
 use crate::engine::{Engine, Stop, Stopwatch};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::interrupt;
-use crate::output::{Continuation, Outputs, say};
+use crate::output::{Continuation, Format, Outputs, say};
 use crate::render::next_batch_size;
 use crate::scene::{Opened, Scene, describe};
 use crate::shard::{
-    About, CacheFile, Ends, Fingerprint, Fingerprints, Found, Identity, Named, RunOf, Settings,
+    About, CacheFile, Fingerprint, Fingerprints, Found, Identity, Manner, Named, RunOf, Settings,
     State,
 };
 
@@ -37,9 +38,9 @@ pub struct Keeper<'a> {
     /// Identity of the scene as it was opened; an orbit's pictures have other cameras.
     identity: Identity,
     fill_state: FillState,
-    ends: Ends,
-    /// Fingerprints of the files of each picture of an orbit that is done.
-    earlier: Vec<Vec<String>>,
+    manner: Manner,
+    /// As in [`State`].
+    written: Vec<BTreeMap<String, String>>,
     runs: Vec<RunOf>,
     began: Instant,
     /// When a checkpoint was last due, whether it could be written or not; at first, when the work began.
@@ -87,7 +88,9 @@ impl<'a> Keeper<'a> {
         let view = views.get(number.saturating_sub(1) as usize);
         let scene = view.map_or(&opened.scene, |view| &view.scene);
         let (picture, picture_text) = identified(engine, opened, scene, volume)?;
-        let ends = Ends::of(&kept.stop, &opened.scene.render);
+        let is_png = |file: &PathBuf| matches!(Format::of(file), Ok(Format::Png));
+        let has_pngs = views.iter().flat_map(|view| &view.files).any(is_png);
+        let manner = Manner::of(&kept.stop, &opened.scene.render, has_pngs);
         let wanted = |identity, scene| Named {
             name: "this render",
             identity,
@@ -97,15 +100,15 @@ impl<'a> Keeper<'a> {
             &wanted(&picture, &picture_text),
             &wanted(&identity, &text),
             &kept.stop,
-            &ends,
+            &manner,
             views.len(),
         )?;
         let paths_before = engine.paths();
         found.restore_cache(engine)?;
         let restored_paths = engine.paths().saturating_sub(paths_before);
-        let earlier = found
+        let written = found
             .state()
-            .map_or(Vec::new(), |state| state.earlier.clone());
+            .map_or(Vec::new(), |state| state.written.clone());
         let mut runs = found.state().map_or(Vec::new(), |state| state.runs.clone());
         runs.push(RunOf::begun_now(engine));
         fingerprints.fill = found.fill();
@@ -121,8 +124,8 @@ impl<'a> Keeper<'a> {
             found,
             restored_paths,
             identity,
-            ends,
-            earlier,
+            manner,
+            written,
             runs,
             began: Instant::now(),
             last_due: Instant::now(),
@@ -135,19 +138,29 @@ impl<'a> Keeper<'a> {
         number.saturating_sub(1) as usize
     }
 
-    /// Whether the files of an orbit's picture are those that this render has written.
+    /// Whether the files of an orbit's picture are those that this render has written. Where that cannot be told, as of
+    /// pipes, they are not.
     pub fn has_written(&self, index: usize, files: &[PathBuf]) -> bool {
-        let written = self.earlier.get(index);
-        written.is_some_and(|written| fingerprints_of(files).is_ok_and(|now| now == *written))
+        let Some(written) = self.written.get(index) else {
+            return false;
+        };
+        let is_kept = |file: &PathBuf| {
+            let before = written.get(&name_of(file));
+            before.is_some_and(|before| Fingerprint::of_file(file).is_ok_and(|now| now == *before))
+        };
+        files.iter().all(is_kept)
     }
 
     /// To be called once the files of an orbit's picture have their names.
-    pub fn picture_written(&mut self, index: usize, files: &[PathBuf]) -> Result<()> {
-        if self.earlier.len() <= index {
-            self.earlier.resize(index + 1, Vec::new());
+    pub fn picture_written(&mut self, index: usize, files: &[PathBuf]) {
+        if self.written.len() <= index {
+            self.written.resize(index + 1, BTreeMap::new());
         }
-        self.earlier[index] = fingerprints_of(files)?;
-        Ok(())
+        for file in files {
+            if let Ok(fingerprint) = Fingerprint::of_file(file) {
+                self.written[index].insert(name_of(file), fingerprint);
+            }
+        }
     }
 
     /// The time that has been spent on the picture under way.
@@ -282,8 +295,8 @@ impl<'a> Keeper<'a> {
             settings: settings(engine),
             picture: view.number,
             pictures: self.kept.views.len() as u32,
-            ends: self.ends.clone(),
-            earlier: self.earlier.clone(),
+            manner: self.manner.clone(),
+            written: self.written.clone(),
             seconds: watch.elapsed().as_secs_f64(),
             cpu_seconds: watch.cpu().as_secs_f64(),
             runs: self.runs.clone(),
@@ -342,9 +355,11 @@ impl<'a> Keeper<'a> {
     }
 }
 
-fn fingerprints_of(files: &[PathBuf]) -> Result<Vec<String>> {
-    let of = |file: &PathBuf| Fingerprint::of_file(file).map_err(|error| Error::io(file, error));
-    files.iter().map(of).collect()
+fn name_of(file: &Path) -> String {
+    file.file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
 }
 
 /// The identity of pictures of a scene, and the scene's text.

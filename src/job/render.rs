@@ -209,7 +209,7 @@ impl<'a> Render<'a> {
             if self.args.orbit.is_some() {
                 std::mem::replace(&mut outputs, Outputs::independent()).commit()?;
                 if let Some(keeper) = &mut self.keeper {
-                    keeper.picture_written(index, &view.files)?;
+                    keeper.picture_written(index, &view.files);
                 }
             }
         }

@@ -109,10 +109,10 @@ pub enum Background {
     Color([f64; 3]),
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Tone {
-    /// Clipping, then sRGB.
-    Linear,
-    Filmic,
+words! {
+    pub enum Tone {
+        /// Clipping, then sRGB.
+        Linear = "linear",
+        Filmic = "filmic",
+    }
 }

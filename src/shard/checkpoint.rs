@@ -4,6 +4,7 @@
 //! Samples are only kept if they have read a filled cache: while a filling is under way, the picture is the one that
 //! the cache shows, and none of its samples count.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -21,7 +22,7 @@ use crate::engine::{Engine, SampleRange, Stop};
 use crate::error::{Error, Place, Result};
 use crate::output::target_of;
 use crate::render::Totals;
-use crate::scene::{RenderSettings, Tone};
+use crate::scene::RenderSettings;
 
 /// The header of a checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,12 +33,11 @@ pub struct State {
     /// Number of the picture under way, and of all pictures of the orbit; from 1 on.
     pub picture: u32,
     pub pictures: u32,
-    /// How all of them end and are shown.
     #[serde(default)]
-    pub ends: Ends,
-    /// Fingerprints of the files of each picture before that under way.
+    pub manner: Manner,
+    /// Of each picture that is done, the fingerprints of its files by their names.
     #[serde(default)]
-    pub earlier: Vec<Vec<String>>,
+    pub written: Vec<BTreeMap<String, String>>,
     /// Seconds spent on this picture, over all runs, and those of all cores' CPU time.
     pub seconds: f64,
     #[serde(default)]
@@ -45,45 +45,43 @@ pub struct State {
     pub runs: Vec<RunOf>,
 }
 
-/// What all pictures of an orbit have in common beside the scene, in words.
+/// How the pictures of an orbit are made and shown, beside their scene.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Ends {
-    /// As the end of the sentence "they end after …".
-    after: String,
-    /// As the end of the sentence "they are shown …".
-    shown: String,
+pub struct Manner {
+    /// Where they end: "8 samples".
+    ends: String,
+    /// How files in which that counts show them; `None` without such files.
+    shown: Option<String>,
 }
 
-impl Ends {
-    pub fn of(stop: &Stop, render: &RenderSettings) -> Ends {
-        let exposure = render.exposure;
-        let tone = match render.tone {
-            Tone::Linear => "linear",
-            Tone::Filmic => "filmic",
-        };
-        Ends {
-            after: stop.to_string(),
-            shown: format!("with render.exposure {exposure} and render.tone {tone}"),
+impl Manner {
+    pub fn of(stop: &Stop, render: &RenderSettings, has_pngs: bool) -> Manner {
+        let RenderSettings { exposure, tone, .. } = render;
+        let shown = || format!("render.exposure {exposure} and render.tone {}", tone.name());
+        Manner {
+            ends: stop.to_string(),
+            shown: has_pngs.then(shown),
         }
     }
 
-    /// How earlier pictures differ from those to come.
-    fn difference(&self, to_come: &Ends) -> Option<String> {
-        let (had, asked) = (self, to_come);
-        if had.after != asked.after {
-            let (had, asked) = (&had.after, &asked.after);
+    /// How pictures that are there differ from those to come.
+    fn difference(&self, to_come: &Manner) -> Option<String> {
+        if self.ends != to_come.ends {
+            let (had, asked) = (&self.ends, &to_come.ends);
             return Some(format!(
                 "its earlier views end after {had}, not after {asked}"
             ));
         }
-        let (had, asked) = (&had.shown, &asked.shown);
-        (had != asked).then(|| format!("its earlier views are shown {had}, not {asked}"))
+        let (Some(had), Some(asked)) = (&self.shown, &to_come.shown) else {
+            return None;
+        };
+        (had != asked).then(|| format!("its earlier views are shown with {had}, not with {asked}"))
     }
 }
 
 impl State {
     /// How its orbit differs from one of `pictures` pictures.
-    fn other_pictures(&self, ends: &Ends, pictures: usize) -> Option<String> {
+    fn other_pictures(&self, pictures: usize) -> Option<String> {
         if self.pictures as usize != pictures {
             return Some(format!(
                 "it is of {} pictures, not of {pictures} (--orbit)",
@@ -96,7 +94,12 @@ impl State {
                 "it is damaged: its picture {picture} is not one of {pictures}"
             ));
         }
-        self.ends.difference(ends).filter(|_| self.picture > 1)
+        None
+    }
+
+    /// How its earlier pictures were made and shown in another manner.
+    fn other_manner(&self, manner: &Manner) -> Option<String> {
+        self.manner.difference(manner).filter(|_| self.picture > 1)
     }
 
     /// How the samples of the picture under way differ from those that `stop` asks for.
@@ -246,7 +249,7 @@ impl Found {
         picture: &Named<'_>,
         whole: &Named<'_>,
         stop: &Stop,
-        ends: &Ends,
+        manner: &Manner,
         pictures: usize,
     ) -> Result<()> {
         if let Some((state, scene)) = &self.state {
@@ -260,10 +263,11 @@ impl Found {
                 identity: &header.identity,
                 scene,
             };
-            let difference = match state.other_pictures(ends, pictures) {
+            let difference = match state.other_pictures(pictures) {
                 Some(pictures) => Some(pictures),
                 None => found
                     .difference(picture)?
+                    .or_else(|| state.other_manner(manner))
                     .or_else(|| state.other_samples(stop)),
             };
             check_same_render(&name, difference)?;

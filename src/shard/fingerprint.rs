@@ -19,8 +19,11 @@ impl Fingerprint {
         self
     }
 
-    /// Of a file's bytes, in text.
+    /// Of a file's bytes, in text. What is no regular file, such as a pipe, is not opened, since that may wait for ever.
     pub fn of_file(path: &Path) -> io::Result<String> {
+        if !path.metadata()?.is_file() {
+            return Err(io::ErrorKind::InvalidInput.into());
+        }
         let mut reader = BufReader::with_capacity(1 << 20, File::open(path)?);
         let mut fingerprint = Fingerprint::default();
         loop {

@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 use crate::output::target_of;
 
 pub use cache_file::{About, CacheFile};
-pub use checkpoint::{Ends, Found, RunOf, State};
+pub use checkpoint::{Found, Manner, RunOf, State};
 pub use file::{Pixels, read_header};
 pub use fingerprint::Fingerprint;
 pub use fingerprints::Fingerprints;

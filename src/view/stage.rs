@@ -56,7 +56,7 @@ impl WindowImages {
         window: Shape,
         [width, height]: [u32; 2],
     ) -> Result<WindowImages> {
-        let shown = ImageDesc::flat("shown picture", [width, height], Format::R8G8B8A8_UNORM)
+        let shown = ImageDesc::flat("window: picture", [width, height], Format::R8G8B8A8_UNORM)
             .written()
             .zeroed();
         Ok(WindowImages {

@@ -45,7 +45,8 @@ fn a_checkpoint_of_something_else_is_refused() {
         assert!(said.ends_with("; --restart begins anew"), "{said}");
         assert_eq!(said.lines().count(), 1, "{said}");
     }
-    let orbit = "render ball.toml --size 8x8 -o turn.exr --orbit 2 --checkpoint o.exr --spp";
+    let orbit =
+        "render ball.toml --size 8x8 -o turn.exr -o turn.png --orbit 2 --checkpoint o.exr --spp";
     folder.succeed(&format!("{orbit} 2"));
     for (flags, expected) in [
         (
@@ -62,6 +63,9 @@ fn a_checkpoint_of_something_else_is_refused() {
         assert!(said.contains(expected), "{said}");
         assert!(said.ends_with("; --restart begins anew"), "{said}");
     }
+    // Radiance has no exposure.
+    let radiance = orbit.replace(" -o turn.png", "");
+    folder.succeed(&format!("{radiance} 2 --set render.exposure=3"));
     let cached = format!("{render} --variant caching --spp 8");
     // The variant that was picked before stands.
     folder.succeed(&format!("{render} --spp 8"));

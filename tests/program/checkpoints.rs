@@ -1,5 +1,7 @@
 //! A render that was killed goes on from its checkpoint and ends with the bytes of one that was not.
 
+use std::process::Command;
+use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use crate::refusals::refused;
@@ -24,9 +26,9 @@ pub fn survive(folder: &Folder, command: &str, random: &mut fastrand::Rng) -> u3
             if process.try_wait().expect("a process").is_some() {
                 return kill;
             }
-            std::thread::sleep(Duration::from_millis(1));
+            sleep(Duration::from_millis(1));
         }
-        std::thread::sleep(Duration::from_millis(random.u64(0..120)));
+        sleep(Duration::from_millis(random.u64(0..120)));
         process.kill().expect("it is killed");
         process.wait().expect("it has ended");
     }
@@ -119,6 +121,25 @@ fn orbit_that_was_killed(variant: &str) {
     }
 }
 
+/// What was written into a pipe cannot be asked for again, and to open it would wait for ever.
+#[cfg(unix)]
+#[test]
+fn an_orbit_goes_into_pipes() {
+    let folder = Folder::new();
+    let mut reader = Command::new("sh")
+        .args(["-c", "mkfifo t.0001.exr && cat t.0001.exr > first.exr"])
+        .current_dir(folder.path(""))
+        .spawn()
+        .expect("sh");
+    while !folder.path("t.0001.exr").exists() {
+        sleep(Duration::from_millis(5));
+    }
+    folder.succeed("render ball.toml --size 8x8 --spp 2 --orbit 2 -o t.exr --checkpoint c.exr");
+    assert!(reader.wait().expect("it ends").success());
+    folder.succeed("render ball.toml --size 8x8 --spp 2 --orbit 2 -o file.exr");
+    assert!(folder.read("first.exr") == folder.read("file.0001.exr"));
+}
+
 /// The size of the cache stays what it was, even if other programs left less memory then than now.
 #[test]
 fn what_memory_allowed_before_stands() {
@@ -199,7 +220,7 @@ fn an_interruption_within_a_batch_is_told_of() {
     let mut last = None;
     let between = loop {
         assert!(began.elapsed() < Duration::from_secs(60));
-        std::thread::sleep(Duration::from_millis(5));
+        sleep(Duration::from_millis(5));
         let before = last;
         last = written().ok();
         if let (Some(before), Some(last)) = (before, last)
@@ -209,7 +230,7 @@ fn an_interruption_within_a_batch_is_told_of() {
             break between;
         }
     };
-    std::thread::sleep(between / 2);
+    sleep(between / 2);
     let checkpoint = folder.read("c.exr");
     send("INT", &child);
     let said = ends(child, 130);
@@ -232,7 +253,7 @@ fn signals_leave_a_checkpoint() {
     let began = Instant::now();
     while !folder.path("c.exr").exists() {
         assert!(began.elapsed() < Duration::from_secs(60));
-        std::thread::sleep(Duration::from_millis(200));
+        sleep(Duration::from_millis(200));
         send("USR1", &child);
     }
     send("TERM", &child);
@@ -291,7 +312,7 @@ fn an_earlier_picture_is_whole_or_not_there() {
     let was_under_way = [0.3, 0.6, 1.0, 1.5].into_iter().any(|times| {
         let mut child = started(&folder, &orbit);
         wait_until(&mut child, "a lock", || lock.exists());
-        std::thread::sleep(compiling.mul_f64(times));
+        sleep(compiling.mul_f64(times));
         send("INT", &child);
         let said = ends(child, 130);
         assert!(!first.exists() && folder.read("c.exr") == checkpoint);

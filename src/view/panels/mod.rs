@@ -153,7 +153,8 @@ impl Field {
         if self.is_cancelled || *self.text.borrow() == text {
             return Some(self.value);
         }
-        text.trim().replace('−', "-").parse().ok()
+        let plain: String = text.chars().filter(|c| !c.is_whitespace()).collect();
+        plain.replace('−', "-").parse().ok()
     }
 }
 
@@ -239,7 +240,7 @@ mod tests {
         let edited = field(false);
         assert_eq!(edited.shown(37.567_89, 0..=3), "37.568");
         assert_eq!(edited.read("37.568"), Some(37.567_89));
-        assert_eq!(edited.read(" −33.5"), Some(-33.5));
+        assert_eq!(edited.read(" −1 033.5"), Some(-1033.5));
         assert_eq!(edited.read("abc"), None);
         assert_eq!(field(true).read("33"), Some(37.567_89));
     }

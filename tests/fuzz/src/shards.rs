@@ -4,7 +4,7 @@ use isolume::Picture;
 use isolume::engine::SampleRange;
 use isolume::output::{Continuation, Outputs, Provenance};
 use isolume::render::{Sums, Variant};
-use isolume::shard::{Ends, Fingerprint, Header, Identity, RunOf, Settings, State};
+use isolume::shard::{Fingerprint, Header, Identity, Manner, RunOf, Settings, State};
 use serde_json::{Value, json, to_value};
 
 use crate::folder;
@@ -36,8 +36,8 @@ pub fn checkpoint(end: u32) -> Vec<u8> {
         settings: Settings::of(&Variant::NonCaching, "it was asked for"),
         picture: 1,
         pictures: 1,
-        ends: Ends::default(),
-        earlier: Vec::new(),
+        manner: Manner::default(),
+        written: Vec::new(),
         seconds: 1.0,
         cpu_seconds: 0.0,
         runs: vec![RunOf {

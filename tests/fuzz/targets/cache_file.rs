@@ -3,7 +3,7 @@
 #![no_main]
 
 use isolume::Stop;
-use isolume::shard::{Fingerprint, Found, Identity, Named};
+use isolume::shard::{Fingerprint, Found, Identity, Manner, Named};
 use isolume_fuzz::{folder, guard, shards, target};
 
 const MAGIC: &[u8] = b"isolume cache 1\n";
@@ -34,7 +34,7 @@ fn assert_opens(cache: &[u8]) {
     assert!(found.is_filled());
     let identity = shards::identity();
     found
-        .check(&named(&identity), &named(&identity), &Stop::default(), 1)
+        .check(&named(&identity), &named(&identity), &Stop::default(), &Manner::default(), 1)
         .expect("the seed belongs to another render");
 }
 
@@ -61,7 +61,7 @@ fn parse(bytes: &[u8]) {
         let Ok(found) = Found::open(&checkpoint, false) else {
             return;
         };
-        let _ = found.check(&named(&identity), &named(&identity), &Stop::default(), 1);
+        let _ = found.check(&named(&identity), &named(&identity), &Stop::default(), &Manner::default(), 1);
         found.is_filled();
         found.fill();
     });

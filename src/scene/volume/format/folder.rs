@@ -29,8 +29,7 @@ pub(super) fn format_of(path: &Path) -> Parsed<&'static Format> {
 /// beside folders of them.
 pub fn has_pages(folder: &Path) -> bool {
     let paths = entries(folder).map(|entry| entry.path());
-    let is_page = |path: &PathBuf| tiff::is_page(path) && !path.is_dir();
-    let (pages, others): (Vec<PathBuf>, Vec<PathBuf>) = paths.partition(is_page);
+    let (pages, others): (Vec<PathBuf>, Vec<PathBuf>) = paths.partition(|path| tiff::is_page(path));
     match pages.len() {
         0 => false,
         1 => !dicom::holds_dicom(folder),

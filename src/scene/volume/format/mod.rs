@@ -1,7 +1,7 @@
 //! The file formats, and how each is recognised by a file's name or a folder's content.
 //!
-//! A format is one module, which makes a [`Header`] of a file or a folder, and one entry of [`FORMATS`]. Voxels that do not lie in one file, plain or deflated, come with a
-//! [`Source`](super::source::Source) of their own.
+//! A format is one module, which makes a [`Header`] of a file or a folder, and one entry of [`FORMATS`]. Voxels that do not
+//! lie in one file, plain or deflated, come with a [`Source`](super::source::Source) of their own.
 
 mod dicom;
 mod folder;

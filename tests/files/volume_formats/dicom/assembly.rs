@@ -224,27 +224,58 @@ fn uneven_slices_are_resampled_to_their_median() {
     }
 }
 
-/// As in many a head: the thick ones are twice as far apart, and nothing lies between them.
+/// With slices at these places, each as thick as it says, where it says so.
+fn with_thick_slices(slices: &[(f64, Option<f64>)]) -> Scan {
+    let mut scan = Scan::ct();
+    let copies = scan.slices.clone();
+    scan.slices = slices
+        .iter()
+        .zip(copies.iter().cycle())
+        .map(|((place, thickness), copy)| {
+            let mut slice = copy.clone();
+            slice.position[2] = *place;
+            slice.thickness = *thickness;
+            slice
+        })
+        .collect();
+    scan
+}
+
+/// As in many a head: thick ones are farther apart, and nothing lies between them.
 #[test]
 fn thick_slices_above_thin_ones_are_no_gaps() {
-    let with = |places: &[f64], thick: [f64; 5]| {
-        let mut scan = with_slices_at(places);
-        for (slice, thickness) in scan.slices.iter_mut().zip(thick) {
-            slice.thickness = Some(thickness);
-        }
-        scan
+    let thin = [0.0, 1.0, 2.0, 3.0, 4.0].map(|place| (place, Some(1.0)));
+    let with = |places: &[f64], thickness: Option<f64>| {
+        let thick = places.iter().map(|place| (*place, thickness));
+        with_thick_slices(&thin.into_iter().chain(thick).collect::<Vec<_>>())
     };
-    let thick = [2.5, 2.5, 2.5, 5.0, 5.0];
-    let places = [0.0, 2.5, 5.0, 10.0, 15.0];
-    let volume = loaded(&with(&places, thick));
-    has(&volume.notes, "2.5 to 5 mm apart and resampled");
-    // Where all are as thick, two are missing, and where one is missing among the thick ones, that one.
-    let message = refused_scan(&with(&places, [5.0; 5]));
-    assert!(message.contains("2 of 7 slices are missing"), "{message}");
-    let far = [0.0, 2.5, 5.0, 10.0, 20.0];
-    let message = refused_scan(&with(&far, thick));
+    let touching = [6.0, 8.0, 10.0, 12.0];
+    let volume = loaded(&with(&touching, Some(2.0)));
+    has(&volume.notes, "1 to 2 mm apart and resampled");
+    // One of them is missing, also where most are thick.
+    let one = "1 of 10 slices is missing, at 10 mm";
+    let message = refused_scan(&with(&[6.0, 8.0, 12.0, 14.0], Some(2.0)));
+    assert!(message.contains(one), "{message}");
+    let message = refused_scan(&with(
+        &[6.0, 8.0, 12.0, 14.0, 16.0, 18.0, 20.0, 22.0],
+        Some(2.0),
+    ));
     assert!(
-        message.contains("1 of 6 slices is missing, at 15 mm"),
+        message.contains("1 of 14 slices is missing, at 10 mm"),
+        "{message}"
+    );
+    // Slices that overlap elsewhere, and those of unknown thickness, are missing where there are none.
+    let four = "4 of 13 slices are missing";
+    let message = refused_scan(&with(&touching, None));
+    assert!(message.contains(four), "{message}");
+    let overlapping = refused_scan(&with(&[5.0, 6.0, 8.0, 10.0], Some(2.0)));
+    assert!(
+        overlapping.contains("2 of 11 slices are missing"),
+        "{overlapping}"
+    );
+    let message = refused_scan(&with(&[6.0], Some(2.0)));
+    assert!(
+        message.contains("1 of 7 slices is missing, at 5 mm"),
         "{message}"
     );
 }

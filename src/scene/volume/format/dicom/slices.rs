@@ -41,8 +41,8 @@ pub struct EvenSlices {
 }
 
 impl EvenSlices {
-    /// Even slices from those at `places`, which grow by `distances`, and are as thick as `thickness` says: a single slice is
-    /// as high as that, and between thick ones fewer are missing than between thin ones.
+    /// Even slices from those at `places`, which grow by `distances`, and are as thick as `thickness` says where that is
+    /// known. A single slice is as high as that, or 1.
     ///
     /// # Errors
     ///
@@ -50,12 +50,12 @@ impl EvenSlices {
     pub fn of(
         places: &[f64],
         distances: &[f64],
-        thickness: &[f64],
+        thickness: &[Option<f64>],
         notes: &mut Vec<String>,
     ) -> Parsed<EvenSlices> {
         let (Some(usual), Some(middle)) = (lower_median(distances), median(distances)) else {
             return Ok(EvenSlices {
-                spacing: thickness[0],
+                spacing: thickness[0].unwrap_or(1.0),
                 slices: vec![Slice::exact(0)],
                 gaps: None,
             });
@@ -82,20 +82,15 @@ impl EvenSlices {
                 places.len(),
             ));
         }
-        let gaps = missing(
-            places,
-            distances,
-            &distances_of(thickness, distances, usual),
-        );
-        let is_of_thick = |distance: &f64| steps(*distance) > 1.0;
-        if !has_steps || gaps.is_none() && distances.iter().any(is_of_thick) {
-            return Ok(EvenSlices::resampled(places, distances, middle, notes));
-        }
-        let grid = EvenPlaces::through(places, distances.iter().copied().map(steps));
-        let even = if grid.hold(places) {
-            grid.slices(places)
-        } else {
-            EvenSlices::resampled(places, distances, middle, notes)
+        let expected = expected_distances(thickness, distances, usual);
+        let gaps = missing(places, distances, &expected);
+        let is_of_one_kind = expected.iter().all(|distance| *distance == usual);
+        let grid = (has_steps && is_of_one_kind)
+            .then(|| EvenPlaces::through(places, distances.iter().copied().map(steps)))
+            .filter(|grid| grid.hold(places));
+        let even = match grid {
+            Some(grid) => grid.slices(places),
+            None => EvenSlices::resampled(places, distances, middle, notes),
         };
         Ok(EvenSlices { gaps, ..even })
     }
@@ -201,26 +196,45 @@ fn extremes(distances: &[f64]) -> [f64; 2] {
     ]
 }
 
-/// The distance that is to be expected between each slice and the next, if `usual` is that of most: larger where slices are
-/// thicker than those.
-fn distances_of(thickness: &[f64], distances: &[f64], usual: f64) -> Vec<f64> {
-    let thicker: Vec<f64> = thickness
-        .windows(2)
-        .map(|pair| pair[0].max(pair[1]))
-        .collect();
-    let pairs = distances.iter().zip(&thicker);
-    let is_usual = |(distance, _): &(&f64, &f64)| (*distance / usual).round() <= 1.0;
-    let of_usual: Vec<f64> = pairs.filter(is_usual).map(|(_, thick)| *thick).collect();
-    let usual_thickness = lower_median(&of_usual).unwrap_or(1.0);
-    let expected = |thick: &f64| usual * (thick / usual_thickness).max(1.0);
-    thicker.iter().map(expected).collect()
+/// The distance from each slice to the next that is to be expected, where `usual` is that of most. It is larger where slices
+/// are thicker and touch: those of such a thickness never overlap, as two distances at least show.
+fn expected_distances(thickness: &[Option<f64>], distances: &[f64], usual: f64) -> Vec<f64> {
+    let is_same = |a: f64, b: f64| (a - b).abs() <= EXACT * a;
+    // Each thickness of two neighbours, how many distances there are between such, and the smallest.
+    let mut kinds: Vec<(f64, usize, f64)> = Vec::new();
+    for (pair, distance) in thickness.windows(2).zip(distances) {
+        match *pair {
+            [Some(a), Some(b)] if is_same(a, b) => {
+                match kinds.iter_mut().find(|(thick, ..)| is_same(*thick, a)) {
+                    Some((_, count, least)) => {
+                        *count += 1;
+                        *least = least.min(*distance);
+                    }
+                    None => kinds.push((a, 1, *distance)),
+                }
+            }
+            _ => {}
+        }
+    }
+    let touch = |thick: f64| {
+        let mut kinds = kinds.iter();
+        let kind = kinds.find(|(other, ..)| is_same(*other, thick));
+        kind.is_some_and(|(_, count, least)| *count >= 2 && *least >= (1.0 - MULTIPLE) * thick)
+    };
+    let expected = |pair: &[Option<f64>]| match *pair {
+        [Some(a), Some(b)] if a.max(b) > (1.0 + MULTIPLE) * usual && touch(a.max(b)) => a.max(b),
+        _ => usual,
+    };
+    thickness.windows(2).map(expected).collect()
 }
 
 /// A sentence that names the places where slices are missing, if any are. `expected` are the distances without any.
 fn missing(places: &[f64], distances: &[f64], expected: &[f64]) -> Option<String> {
     let pairs = distances.iter().zip(expected).zip(places);
     let between = pairs.flat_map(|((distance, expected), place)| {
-        let count = (distance / expected).round() as usize;
+        let steps = (distance / expected).round();
+        let is_multiple = (distance - steps * expected).abs() <= MULTIPLE * expected;
+        let count = if is_multiple { steps as usize } else { 1 };
         (1..count).map(move |n| place + n as f64 * distance / count as f64)
     });
     let missing: Vec<String> = between

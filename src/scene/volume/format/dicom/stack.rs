@@ -99,8 +99,8 @@ impl Stack {
         };
         let placed = Placed::in_order(images, group, plane);
         let distances = placed.distances();
-        let thick = |at: &At| frame(images, *at).thickness.unwrap_or(thickness);
-        let thick: Vec<f64> = placed.frames.iter().map(thick).collect();
+        let thick = placed.frames.iter().map(|at| frame(images, *at).thickness);
+        let thick: Vec<Option<f64>> = thick.collect();
         let even = EvenSlices::of(&placed.places, &distances, &thick, &mut notes)?;
         let shifts = placed.shifts(images, between_columns, between_rows, &mut notes)?;
         let lowest = shifts.iter().copied().fold(0.0, f64::max);

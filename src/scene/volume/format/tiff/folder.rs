@@ -20,7 +20,8 @@ use crate::scene::volume::source::watched::WatchedFile;
 pub fn is_page(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let lower = name.to_lowercase();
-    (lower.ends_with(".tif") || lower.ends_with(".tiff")) && !lower.starts_with('.')
+    let is_named = (lower.ends_with(".tif") || lower.ends_with(".tiff")) && !lower.starts_with('.');
+    is_named && !path.is_dir()
 }
 
 pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
@@ -49,7 +50,7 @@ fn files(folder: &Path) -> Parsed<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(|e| e.to_string())? {
         let path = entry.map_err(|e| e.to_string())?.path();
-        if is_page(&path) && !path.is_dir() {
+        if is_page(&path) {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             files.push((name.into_owned(), path));
         }
