@@ -88,7 +88,7 @@ fn sheared_axes_open_with_spacing_and_axes_of_the_user() {
     };
     for path in paths {
         let message = refusal(&path, &spacing);
-        let remedy = "with `spacing` and `axes` given, the file's do not count";
+        let remedy = "give `spacing` and `axes`, which replace the file's";
         assert!(message.contains(remedy), "{message}");
         let volume = Volume::load(&path, &both).unwrap();
         assert_eq!((volume.spacing, volume.axes), ([1.0, 2.0, 3.0], both.axes));

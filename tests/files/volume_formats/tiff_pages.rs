@@ -63,7 +63,7 @@ fn a_damaged_page_of_a_folder_is_named() {
         }
         let message = refusal(folder.path(), &VolumeOverrides::default());
         let page = format!(
-            "page {count} of {count} (in s{}.tif): a part of it",
+            "page {count} of {count} (in s{}.tif): a chunk of it",
             count - 1
         );
         assert!(message.contains(&page), "{message}");

@@ -34,7 +34,13 @@ fn assert_opens(cache: &[u8]) {
     assert!(found.is_filled());
     let identity = shards::identity();
     found
-        .check(&named(&identity), &named(&identity), &Stop::default(), &Manner::default(), 1)
+        .check(
+            &named(&identity),
+            &named(&identity),
+            &Stop::default(),
+            &Manner::default(),
+            1,
+        )
         .expect("the seed belongs to another render");
 }
 
@@ -61,7 +67,13 @@ fn parse(bytes: &[u8]) {
         let Ok(found) = Found::open(&checkpoint, false) else {
             return;
         };
-        let _ = found.check(&named(&identity), &named(&identity), &Stop::default(), &Manner::default(), 1);
+        let _ = found.check(
+            &named(&identity),
+            &named(&identity),
+            &Stop::default(),
+            &Manner::default(),
+            1,
+        );
         found.is_filled();
         found.fill();
     });

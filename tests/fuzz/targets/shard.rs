@@ -5,7 +5,7 @@
 use std::sync::LazyLock;
 
 use isolume::Stop;
-use isolume::shard::{Found, Named, merge};
+use isolume::shard::{Found, Manner, Named, merge};
 use isolume_fuzz::{folder, guard, pictures, shards, target};
 
 static OTHER: LazyLock<std::path::PathBuf> =
@@ -41,7 +41,7 @@ fn parse(bytes: &[u8]) {
             identity: &identity,
             scene: "",
         };
-        let _ = found.check(&named, &named, &Stop::default(), 1);
+        let _ = found.check(&named, &named, &Stop::default(), &Manner::default(), 1);
         found.is_filled();
     });
 }

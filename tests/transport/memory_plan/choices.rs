@@ -82,7 +82,7 @@ fn each_rung_is_taken_by_the_budget_that_just_holds_it() {
     assert_choices(
         (dense(192, Kind::U8), as_it_is),
         &[
-            (nvidia_8, For(ONE_F32), Ok(ONE_F32), "nothing better is needed"),
+            (nvidia_8, For(ONE_F32), Ok(ONE_F32), "no variant is better"),
             (nvidia_24, Below(ONE_F32), Ok(ONE_F16), "while caching at scale 1 in f32 needs"),
             (amd_4, For(ONE_F16), Ok(ONE_F16), "the best that fits"),
             (amd_16, Below(ONE_F16), Ok(HALF_F32), "while caching at scale 1 in f16 needs"),
@@ -113,17 +113,17 @@ fn heaps_decide_about_a_large_volume() {
     assert_choices(
         (dense(256, Kind::U8), as_it_is),
         &[
-            (nvidia_8, Heap, Ok(ONE_F32), "nothing better is needed"),
-            (nvidia_24, Heap, Ok(ONE_F32), "nothing better is needed"),
-            (nvidia_80, Heap, Ok(ONE_F32), "nothing better is needed"),
-            (nvidia_141, Heap, Ok(ONE_F32), "nothing better is needed"),
-            (amd_4, Heap, Ok(ONE_F32), "nothing better is needed"),
-            (amd_16, Heap, Ok(ONE_F32), "nothing better is needed"),
-            (intel, Heap, Ok(ONE_F32), "nothing better is needed"),
-            (apple, Heap, Ok(ONE_F32), "nothing better is needed"),
-            (minimum, Heap, Ok(ONE_F32), "nothing better is needed"),
+            (nvidia_8, Heap, Ok(ONE_F32), "no variant is better"),
+            (nvidia_24, Heap, Ok(ONE_F32), "no variant is better"),
+            (nvidia_80, Heap, Ok(ONE_F32), "no variant is better"),
+            (nvidia_141, Heap, Ok(ONE_F32), "no variant is better"),
+            (amd_4, Heap, Ok(ONE_F32), "no variant is better"),
+            (amd_16, Heap, Ok(ONE_F32), "no variant is better"),
+            (intel, Heap, Ok(ONE_F32), "no variant is better"),
+            (apple, Heap, Ok(ONE_F32), "no variant is better"),
+            (minimum, Heap, Ok(ONE_F32), "no variant is better"),
             (tiny, Heap, Ok(HALF_F32), "while caching at scale 1 in f16 needs"),
-            (lavapipe, Heap, Ok(QUARTER_F32), "more than a CPU fills while it renders"),
+            (lavapipe, Heap, Ok(QUARTER_F32), "more than a CPU can fill"),
         ],
     );
     assert_choices(
@@ -146,7 +146,7 @@ fn a_large_picture_takes_what_a_cache_would_have() {
     assert_choices(
         (dense(256, Kind::U8), large_and_thin),
         &[
-            (nvidia_8, Heap, Ok(ONE_F32), "nothing better"),
+            (nvidia_8, Heap, Ok(ONE_F32), "no variant is better"),
             (amd_4, Below(ONE_F16), Ok(HALF_F32), "while caching at scale 1 in f16 needs"),
             (lavapipe, Heap, Err(()), "1.0 GiB of it for the "),
             (minimum, Heap, Err(()), "unit sum is 8192 texels long"),
@@ -172,7 +172,7 @@ fn a_large_picture_takes_what_a_cache_would_have() {
         (sparse(64, Kind::U16), with_surface),
         &[
             (amd_4, Heap, Err(()), "but non-caching needs"),
-            (nvidia_8, Heap, Ok(ONE_F32), "nothing better"),
+            (nvidia_8, Heap, Ok(ONE_F32), "no variant is better"),
         ],
     );
 }
@@ -183,7 +183,7 @@ fn everything_that_a_scene_can_have_is_counted() {
     assert_choices(
         (sparse(64, Kind::F32), crate::memory_plan::with_everything),
         &[
-            (nvidia_8, For(ONE_F32), Ok(ONE_F32), "nothing better"),
+            (nvidia_8, For(ONE_F32), Ok(ONE_F32), "no variant is better"),
             (lavapipe, Below(ONE_F32), Ok(ONE_F16), "caching at scale 1 in f32 needs"),
             (amd_4, Below(ONE_F16), Ok(HALF_F32), "caching at scale 1 in f16 needs"),
             (lavapipe, Below(EIGHTH_F16), Ok(NO_CACHE), "no cache fits"),
@@ -199,14 +199,14 @@ fn emptiness_costs_next_to_nothing() {
     assert_choices(
         (empty(128, Kind::U16), as_it_is),
         &[
-            (lavapipe, For(ONE_F32), Ok(ONE_F32), "nothing better"),
-            (tiny, Heap, Ok(ONE_F32), "nothing better"),
+            (lavapipe, For(ONE_F32), Ok(ONE_F32), "no variant is better"),
+            (tiny, Heap, Ok(ONE_F32), "no variant is better"),
             (intel, Below(NO_CACHE), Ok(ONE_F32), "with the volume in bricks"),
         ],
     );
     assert_choices(
         (sparse(80, Kind::U8), as_it_is),
-        &[(lavapipe, Heap, Ok(ONE_F32), "nothing better")],
+        &[(lavapipe, Heap, Ok(ONE_F32), "no variant is better")],
     );
     assert_choices(
         (dense(128, Kind::U8), as_it_is),
@@ -291,7 +291,7 @@ fn what_the_scene_asks_for_is_all_that_is_tried() {
     assert_choices(
         (dense(128, Kind::U8), half),
         &[
-            (nvidia_8, Heap, Ok(HALF_F32), "nothing better"),
+            (nvidia_8, Heap, Ok(HALF_F32), "no variant is better"),
             (nvidia_8, Below(HALF_F32), Ok(HALF_F16), "while caching at scale 0.5 in f32"),
             (nvidia_8, Below(HALF_F16), Ok(NO_CACHE), "no cache fits"),
         ],
@@ -303,7 +303,7 @@ fn what_the_scene_asks_for_is_all_that_is_tried() {
     assert_choices(
         (dense(128, Kind::U8), whole_f16),
         &[
-            (lavapipe, Heap, Ok(ONE_F16), "nothing better"),
+            (lavapipe, Heap, Ok(ONE_F16), "no variant is better"),
             (lavapipe, Below(ONE_F16), Ok(NO_CACHE), "no cache fits"),
         ],
     );

@@ -85,7 +85,7 @@ fn different_pixels_at_one_place_are_refused() {
     let mut scan = Scan::ct();
     scan.slices[3].position = scan.slices[2].position;
     let message = refused_scan(&scan);
-    for part in ["I2 and I3", "one place", "different pixels"] {
+    for part in ["I2 and I3", "one position", "different pixels"] {
         assert!(message.contains(part), "{message}");
     }
     assert!(!message.contains("volume.series"), "{message}");
@@ -121,7 +121,7 @@ fn different_pixels_at_one_place_are_refused() {
     };
     let message = refused(folder.path(), &first);
     assert!(
-        message.ends_with("expected one slice for each place"),
+        message.ends_with("expected one slice per position"),
         "{message}"
     );
 }
