@@ -211,7 +211,7 @@ fn uneven_slices_are_resampled_to_their_median() {
         &volume.notes,
         "2.5 to 3.5 mm apart and resampled linearly to the median, 2.5 mm",
     );
-    has(&volume.notes, "by up to 1 mm");
+    has(&volume.notes, "up to 1 mm from given ones");
     assert_eq!(volume.dims, [COLUMNS as u32, ROWS as u32, 5]);
     assert_eq!(volume.spacing, [0.5, 0.75, 2.5]);
     let (found, whole, slice) = (values(&volume), hounsfield(), ROWS * COLUMNS);

@@ -108,8 +108,8 @@ impl EvenSlices {
         let farthest = (0..count).map(|n| to_nearest(places, place(n)));
         let [least, most] = extremes(distances).map(shown);
         notes.push(format!(
-            "slices are {least} to {most} mm apart and resampled linearly to the median, {} mm: new slices lie beside given \
-             ones by up to {} mm",
+            "slices are {least} to {most} mm apart and resampled linearly to the median, {} mm: new slices are up to {} mm \
+             from given ones",
             shown(spacing),
             shown(farthest.fold(0.0, f64::max))
         ));
