@@ -122,7 +122,7 @@ pub enum MemoryError {
 }
 
 impl MemoryError {
-    /// Whether a picture of fewer pixels may have room.
+    /// Whether it is known that a picture of fewer pixels takes less. (Why a driver has no memory is not known.)
     pub fn depends_on_size(&self) -> bool {
         match self {
             MemoryError::BesideWindow { why, .. } => why.depends_on_size(),
@@ -133,12 +133,12 @@ impl MemoryError {
             | MemoryError::Image { .. }
             | MemoryError::Cache { .. }
             | MemoryError::VolumeBricks { .. }
-            | MemoryError::Picture { .. }
-            | MemoryError::Refused { .. }
-            | MemoryError::Device { .. } => true,
+            | MemoryError::Picture { .. } => true,
             MemoryError::CacheScale { .. }
             | MemoryError::CacheNodes { .. }
             | MemoryError::CacheBricks { .. }
+            | MemoryError::Refused { .. }
+            | MemoryError::Device { .. }
             | MemoryError::Host { .. } => false,
         }
     }

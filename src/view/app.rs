@@ -104,7 +104,9 @@ impl<'a> App<'a> {
         let problem = match session.take_built(&mut self.report) {
             Err(Error::Device(why)) => return Err(Error::Device(why)),
             // It is built anew for a smaller picture.
-            Err(Error::Memory(why)) if why.depends_on_size() && self.fit.coarsen() => {
+            Err(Error::Memory(why))
+                if (session.has_been_shown() || why.depends_on_size()) && self.fit.coarsen() =>
+            {
                 self.want_interface();
                 return Ok(());
             }

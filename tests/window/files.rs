@@ -111,6 +111,21 @@ fn changes_survive_failing_allocations() {
     }
 }
 
+/// As resizing does it.
+#[test]
+fn a_budget_too_small_for_all_pixels_opens_with_fewer() {
+    const UNCACHED: &str = "scene.toml --spp 2 --variant non-caching";
+    let mut window = Window::open(UNCACHED);
+    window.program.wait_for("picture finished");
+    let needed = number(&window.close()["memory"]["planned_bytes"]);
+    let mut window = Window::open(&format!("{UNCACHED} --vram-budget {}", needed - 1.0));
+    window.program.wait_for("picture: ");
+    window.program.wait_for("picture: ");
+    window.program.wait_for("picture finished");
+    let memory = &window.close()["memory"];
+    assert!(number(&memory["planned_bytes"]) < needed, "{memory}");
+}
+
 /// What is open outlives a window that leaves no memory for a picture.
 #[test]
 fn a_window_that_becomes_too_large_can_be_made_smaller_again() {
