@@ -32,6 +32,7 @@ mod save;
 mod session;
 mod stage;
 mod textures;
+mod turns;
 mod watch;
 
 use winit::event_loop::EventLoop;

@@ -4,13 +4,14 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use egui::{Context, TextureId, Ui, ViewportId};
+use egui::{Context, FullOutput, TextureId, Ui, ViewportId};
 use winit::dpi::PhysicalSize;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
 
 use super::planned::Planned;
 use super::textures::Textures;
+use super::turns::turns;
 use crate::cli::ViewArgs;
 use crate::engine::Host;
 use crate::error::{DeviceError, Result};
@@ -184,9 +185,12 @@ impl Stage {
     }
 
     /// Runs the user interface and prepares its drawing. Returns the time after which it has to run again.
-    pub fn run_interface(&mut self, contents: impl FnMut(&mut Ui)) -> Result<Duration> {
-        let input = self.input.take_egui_input(&self.window);
-        let mut output = self.egui.run_ui(input, contents);
+    /// Contents are run several times if a frame finds what happened in turn; the last run is drawn.
+    pub fn run_interface(&mut self, mut contents: impl FnMut(&mut Ui)) -> Result<Duration> {
+        let mut output = FullOutput::default();
+        for input in turns(self.input.take_egui_input(&self.window)) {
+            output.append(self.egui.run_ui(input, &mut contents));
+        }
         self.input
             .handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
         let set = std::mem::take(&mut output.textures_delta.set);

@@ -28,7 +28,7 @@ use display::{Area, Display};
 use folder::Folder;
 use hand::Hand;
 use program::WINDOW;
-use window::Window;
+use window::{Window, value_of};
 
 const SHIFT: u32 = 0xFFE1;
 const CONTROL: u32 = 0xFFE3;
@@ -56,6 +56,36 @@ fn every_key_may_be_struck_and_every_size_taken() {
     window.shoot("keys");
     window.close();
     assert!(window.folder.has("scene.1.exr"));
+}
+
+/// The value of the last key of that name.
+fn isovalue(scene: &str) -> &str {
+    let (_, value) = scene.rsplit_once("\nvalue =").expect("an isovalue");
+    value.lines().next().expect("a value")
+}
+
+/// As with a hand that is faster than the machine.
+#[test]
+fn what_one_slow_frame_finds_happens_in_turn() {
+    let mut window = Window::open("scene.toml --spp 6");
+    window.program.wait_for("picture finished");
+    let before = window.saved("scene.1.toml");
+    let Window {
+        program, display, ..
+    } = &window;
+    program.while_stopped(|| display.drag(1, MIDDLE, [MIDDLE[0] + 120, MIDDLE[1]]));
+    window.program.wait_for("picture finished");
+    let turned = window.saved("scene.2.toml");
+    assert_ne!(value_of("eye", &before), value_of("eye", &turned));
+    let Window {
+        program, display, ..
+    } = &window;
+    program.while_stopped(|| display.holding(SHIFT, || (0..12).for_each(|_| display.click(5))));
+    window.program.wait_for("picture finished");
+    let shifted = window.saved("scene.3.toml");
+    assert_eq!(value_of("eye", &turned), value_of("eye", &shifted));
+    assert_ne!(isovalue(&turned), isovalue(&shifted));
+    window.close();
 }
 
 #[test]

@@ -1,0 +1,73 @@
+//! Events of one frame, one after the other. egui looks at the pointer's place and at Shift once a run: in a slow frame,
+//! which finds a whole drag, it would see neither that nor what Shift was held for.
+
+use egui::{Event, RawInput};
+
+/// What egui is to be run with in turn: a button of the mouse goes alone, and a change of Shift, Ctrl or Alt comes first.
+pub fn turns(input: RawInput) -> Vec<RawInput> {
+    let events = input.events.clone();
+    let mut turns: Vec<RawInput> = events
+        .chunk_by(|event, next| !is_button(event) && !is_button(next) && !is_modifiers(next))
+        .map(|events| RawInput {
+            events: events.to_vec(),
+            ..input.clone()
+        })
+        .collect();
+    if turns.is_empty() {
+        turns.push(input);
+    }
+    turns
+}
+
+fn is_button(event: &Event) -> bool {
+    matches!(event, Event::PointerButton { .. })
+}
+
+fn is_modifiers(event: &Event) -> bool {
+    matches!(event, Event::ModifiersChanged(_))
+}
+
+#[cfg(test)]
+mod tests {
+    use egui::{Modifiers, PointerButton, pos2};
+
+    use super::*;
+
+    fn events_in_turn(events: &[Event]) -> Vec<usize> {
+        let events = events.to_vec();
+        let input = RawInput {
+            events,
+            ..RawInput::default()
+        };
+        turns(input).iter().map(|turn| turn.events.len()).collect()
+    }
+
+    fn button(pressed: bool) -> Event {
+        Event::PointerButton {
+            pos: pos2(0.0, 0.0),
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        }
+    }
+
+    const MOVED: Event = Event::PointerMoved(pos2(1.0, 2.0));
+
+    #[test]
+    fn a_button_is_pressed_and_let_go_in_turns_of_their_own() {
+        let drag = [MOVED, button(true), MOVED, MOVED, button(false), MOVED];
+        assert_eq!(events_in_turn(&drag), [1, 1, 2, 1, 1]);
+    }
+
+    #[test]
+    fn modifiers_hold_for_what_follows() {
+        let shift = [Modifiers::SHIFT, Modifiers::NONE].map(Event::ModifiersChanged);
+        let [held, free] = shift;
+        assert_eq!(events_in_turn(&[MOVED, held, MOVED, free]), [1, 2, 1]);
+    }
+
+    #[test]
+    fn without_events_there_is_one_turn() {
+        assert_eq!(events_in_turn(&[]), [0]);
+    }
+}
