@@ -110,7 +110,8 @@ impl Window {
         let stats = self.close();
         assert_eq!(stats["builds"], 1, "{stats}");
         let response = &stats["response"];
-        assert!(number(&response["inputs"]) >= 10.0, "{response}");
+        // Six edits have been waited for one by one; of the rest, a slow machine sees several in one frame.
+        assert!(number(&response["inputs"]) >= 6.0, "{response}");
         assert!(number(&response["frames_max"]) <= 2.0, "{response}");
     }
 }
