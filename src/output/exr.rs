@@ -49,7 +49,7 @@ pub(super) fn encode(
     let size = Vec2(picture.width as usize, picture.height as usize);
     let mut channels = layers(picture);
     if let Some(continuation) = &continuation {
-        channels.extend(sums(continuation.sums));
+        channels.extend(sums(continuation.sums, picture));
     }
     let channels = AnyChannels::sort(channels);
     let is_quick = continuation.as_ref().is_some_and(|c| c.is_quick);
@@ -109,9 +109,17 @@ fn layers(picture: &Picture) -> SmallVec<[AnyChannel<Component<'_>>; 4]> {
     all
 }
 
-/// Channels for the sums behind the picture, except its mean.
-fn sums(sums: &Sums) -> Vec<AnyChannel<Component<'_>>> {
+/// Channels for the sums behind the picture, except what the picture holds already.
+fn sums<'a>(sums: &'a Sums, picture: &Picture) -> Vec<AnyChannel<Component<'a>>> {
     let mut all = layer(channels::SQUARES, &sums.squares).to_vec();
+    if !is_shown(&sums.mean, picture) {
+        all.extend(
+            channels::MEAN
+                .into_iter()
+                .enumerate()
+                .map(|(c, name)| AnyChannel::new(name, Component::of(&sums.mean, c))),
+        );
+    }
     let coverage = Component::of(&sums.mean, 3);
     all.push(AnyChannel::new(channels::COVERAGE, coverage));
     if let Some(halves) = &sums.halves {
@@ -120,6 +128,13 @@ fn sums(sums: &Sums) -> Vec<AnyChannel<Component<'_>>> {
         all.push(AnyChannel::new(channels::VARIANCE_RATIO, ratio));
     }
     all
+}
+
+/// Whether the picture is this mean, to the last bit.
+fn is_shown(mean: &[[f32; 4]], picture: &Picture) -> bool {
+    let pairs = mean.iter().zip(&picture.rgb);
+    let mut components = pairs.flat_map(|(mean, rgb)| mean.iter().zip(rgb));
+    components.all(|(mean, shown)| mean.to_bits() == shown.to_bits())
 }
 
 /// A channel for each component of these texels.

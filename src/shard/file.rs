@@ -75,7 +75,12 @@ impl Pixels {
             list: &image.layer_data.channel_data.list,
             pixels: width as usize * height as usize,
         };
-        let [red, green, blue] = channels::RGB;
+        let has_mean = file.get(channels::MEAN[0]).is_some();
+        let [red, green, blue] = if has_mean {
+            channels::MEAN
+        } else {
+            channels::RGB
+        };
         let sums = Sums {
             mean: file.texels([red, green, blue, channels::COVERAGE])?,
             squares: file.texels(channels::SQUARES)?,

@@ -131,6 +131,26 @@ fn a_transparent_picture_keeps_its_coverage() {
     assert!(apart <= 2e-6, "{apart:.1e}");
 }
 
+/// Samples that correct the cache's light may be below 0. A picture is not, but goes on from what was sampled.
+#[test]
+fn a_shard_may_have_sampled_less_than_nothing() {
+    let folder = Folder::new();
+    let sun = "{type=\"directional\",direction=[0.3,-1,-0.4],irradiance=[3,3,3]}";
+    let render = format!(
+        "render ball.toml --set surfaces.iso=[] --set medium.g=0 --set medium.density=2 --set light=[{sun}] \
+         --variant caching --cache-scale 1 --size 48x48"
+    );
+    folder.succeed(&format!("{render} --samples 0..1 -o a.exr"));
+    folder.succeed("merge merged.exr a.exr");
+    let merged = folder.exr("merged.exr");
+    let least = |prefix: &str| {
+        let channels = ["R", "G", "B"].map(|c| channel(&merged, &format!("{prefix}{c}")));
+        channels.concat().into_iter().fold(f64::INFINITY, f64::min)
+    };
+    assert!(least("mean.") < 0.0);
+    assert_eq!(least(""), 0.0);
+}
+
 /// Equal numbers of samples fill a cache in the same way.
 #[test]
 fn shards_through_one_filling_count_its_error_once() {
