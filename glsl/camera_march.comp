@@ -112,7 +112,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
                         picked_albedo[k] = mix(picked_albedo[k], s.albedo, bvec3(here[k]));
                     }
                 }
-                if (full_light || has_rim_cubes) {
+                if (has_tails()) {
                     bool is_tail = u.y * taken.weight < weight;
                     tail_t = is_tail ? points.x : tail_t;
                     // The step's own: the colour at that point may be one at which opacity is 0.
@@ -129,7 +129,8 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
             }
             Cube cube = cube_taken(taken, ray);
             CachedLight light = read_cache(cube);
-            if (is_left_to_paths(cube) || full_light && !light.known) {
+            // A surface hides nodes from the rays that tell what is in sight, but not from all of a pixel's.
+            if (is_left_to_paths(cube) || has_tails() && !light.known) {
                 leave_to_paths(front, Tail(tail_t, taken.weight, COLLISION, packed_albedo(tail_albedo)), random);
             } else {
                 front.radiance += albedo_taken(taken) * (scattered_back(light, ray) + light.suns * suns_here);

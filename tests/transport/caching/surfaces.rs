@@ -1,6 +1,7 @@
 //! Surfaces that stop light: no node may carry it through a wall, and shadows keep their edges.
 
 use isolume::render::Film;
+use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
 use crate::support::common::*;
@@ -225,4 +226,43 @@ fn profile(film: &Film) -> Vec<Ring> {
         }
     };
     (0..10).map(ring).collect()
+}
+
+/// Through a slit that is narrower than the space between the rays that tell what is in sight, a picture sees nodes that have
+/// had no path, and must not take their guess for light.
+#[test]
+fn light_behind_a_slit_that_no_ray_has_found() {
+    const DIMS: [u32; 3] = [128, 128, 64];
+    let voxel = |n: u32| match (n % DIMS[0], n / (DIMS[0] * DIMS[1])) {
+        (61, 56..58) => 0.2,
+        (_, 56..58) => 1.0,
+        _ => 0.0,
+    };
+    let values = (0..DIMS.iter().product()).map(voxel).collect();
+    let volume = Volume::from_values(DIMS, [1.0 / 128.0; 3], Voxels::F32(values));
+    let volume = volume.expect("a volume");
+    let camera = Camera {
+        eye: [0.0, 0.0, 2.0],
+        target: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+        projection: Projection::Orthographic { height: 1.0 },
+    };
+    let mut scene = empty_scene([256, 256], camera);
+    scene.medium = Some(uniform_medium(3.0, 1.0, 0.0));
+    scene.lights.environment.radiance = [1.0; 3];
+    scene.surfaces.light = LightModel::Local;
+    scene.surfaces.iso = vec![Isosurface {
+        color: [1.0; 3],
+        ..black(0.5)
+    }];
+    let mut cached = cached(&scene, &volume, 0.5, CacheFormat::F32, 0, 1);
+    cached.fill(8);
+    let through_slit = |film: Film| {
+        let pixels = film.mean.chunks_exact(256).flat_map(|row| &row[122..124]);
+        mean_red(&pixels.copied().collect::<Vec<_>>())
+    };
+    let uncached = through_slit(render(&scene, &volume, 4, 8, 3));
+    let found = through_slit(cached.at_rest(4, 8));
+    println!("through the slit: {found:.4}, without a cache {uncached:.4}");
+    assert!((found / uncached - 1.0).abs() < 0.01, "{found}, {uncached}");
 }
