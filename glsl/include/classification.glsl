@@ -93,7 +93,8 @@ Parts parts_between(Classified begin, Classified end) {
     }
     bool rises = end.value > begin.value;
     vec2 points = rises ? vec2(begin.segment.y, end.segment.x) : vec2(begin.segment.x, end.segment.y);
-    vec2 lengths = abs(points - vec2(begin.value, end.value)) / max(abs(end.value - begin.value), 1e-30);
+    float range = abs(end.value - begin.value);
+    vec2 lengths = abs(points - vec2(begin.value, end.value)) / (range > 0.0 ? range : LARGEST);
     return Parts(clamp(lengths, 0.0, 1.0), rises ? begin.high : begin.low, rises ? end.low : end.high);
 }
 

@@ -9,10 +9,17 @@
 #include "ray.glsl"
 #include "surface.glsl"
 
-// Whether a ray that crosses surfaces has loop iterations left for marches to suns: eight threads may have to share
-// lavapipe's, and through noise a ray crosses a surface hundreds of times.
+// Loop iterations after which a ray's marches to suns are left out: through noise, a ray crosses a surface hundreds of times.
+// On a CPU, eight threads may have to share lavapipe's; on a GPU, they bound the time of a dispatch.
+#ifdef IS_SOFTWARE
+const uint ITERATIONS_FOR_SUNS = LAVAPIPE_ITERATIONS / 8u;
+#else
+const uint ITERATIONS_FOR_SUNS = 1u << 18u;
+#endif
+
+// Whether a ray that crosses surfaces has loop iterations left for marches to suns.
 bool has_time_for_suns() {
-    return sun_count == 0u || iterations <= LAVAPIPE_ITERATIONS / 8u;
+    return sun_count == 0u || iterations <= ITERATIONS_FOR_SUNS;
 }
 
 // The share of a sun's light that reaches a surface; 0 where it is less than `least`.
