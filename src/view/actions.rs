@@ -9,7 +9,7 @@ use super::panels::render::VARIANTS;
 use super::session::Session;
 use super::{camera, clip, save};
 use crate::error::Result;
-use crate::scene::{Camera, Projection, RenderSettings};
+use crate::scene::{Camera, Projection, RenderSettings, Variant};
 
 impl App<'_> {
     pub(super) fn carry_out(&mut self, actions: Vec<Action>) {
@@ -51,7 +51,10 @@ impl App<'_> {
             SceneAction::Clip => clip::toggle(session),
             SceneAction::Undo => session.history.undo(&mut session.scene),
             SceneAction::Redo => session.history.redo(&mut session.scene),
-            SceneAction::NextVariant => return Ok(next_variant(&mut session.scene.render)),
+            SceneAction::NextVariant => {
+                let failed = session.chosen.failed_variant.take();
+                return Ok(next_variant(&mut session.scene.render, failed));
+            }
             SceneAction::SaveImage => {
                 let path = save::image(session, self.args.seed)?;
                 return Ok(Some(format!("saved {}", path.display())));
@@ -75,9 +78,11 @@ impl App<'_> {
     }
 }
 
-/// Selects the next variant that the other settings allow, and tells its name.
-fn next_variant(render: &mut RenderSettings) -> Option<String> {
-    let now = VARIANTS.iter().position(|(_, v)| *v == render.variant);
+/// Selects the next variant that the other settings allow, and tells its name: the one after the present one, or after the
+/// one that was selected and has failed.
+fn next_variant(render: &mut RenderSettings, failed: Option<Variant>) -> Option<String> {
+    let before = failed.unwrap_or(render.variant);
+    let now = VARIANTS.iter().position(|(_, v)| *v == before);
     let others = VARIANTS.iter().cycle().skip(now.unwrap_or(0) + 1);
     for (name, next) in others.take(VARIANTS.len()) {
         render.variant = *next;
@@ -110,4 +115,34 @@ fn from_side(session: &Session, n: usize) -> Camera {
         perspective => perspective,
     };
     Camera::framing(volume.extent(), [0.0; 3], back, up, projection, aspect)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Background, CacheFormat, CacheScale, Tone};
+
+    fn render(variant: Variant) -> RenderSettings {
+        RenderSettings {
+            size: [4, 4],
+            max_bounces: 0,
+            variant,
+            cache_scale: CacheScale::Auto,
+            cache_format: CacheFormat::Auto,
+            background: Background::Environment,
+            exposure: 0.0,
+            tone: Tone::Linear,
+        }
+    }
+
+    #[test]
+    fn after_a_variant_that_failed_comes_the_one_behind_it() {
+        let after = |failed| {
+            let mut settings = render(Variant::Auto);
+            next_variant(&mut settings, failed);
+            settings.variant
+        };
+        assert_eq!(after(None), Variant::Caching);
+        assert_eq!(after(Some(Variant::Caching)), Variant::NonCaching);
+    }
 }

@@ -14,7 +14,7 @@ use crate::cli::ViewArgs;
 use crate::engine::{Changed, KeptLight};
 use crate::error::{Error, Result};
 use crate::scene::volume::Preview;
-use crate::scene::{Camera, Scene, SceneFile, describe};
+use crate::scene::{Camera, Scene, SceneFile, Variant, describe};
 
 pub struct Session {
     pub document: Arc<Document>,
@@ -68,6 +68,8 @@ pub struct Chosen {
     pub sky_hue: Option<[f64; 3]>,
     /// The plane that the key C has made; it may have been removed.
     pub clip: Option<usize>,
+    /// The variant that was selected last, if it has failed and the one before is shown again.
+    pub failed_variant: Option<Variant>,
     /// A drag on the picture turns the sun, where there is one, instead of the camera.
     pub aims_sun: bool,
 }
@@ -253,6 +255,9 @@ impl Session {
                 if like(&ordered, &self.scene) != self.scene {
                     self.shown = Some(shown);
                     return Ok(None);
+                }
+                if ordered.render.variant != shown.render.variant {
+                    self.chosen.failed_variant = Some(ordered.render.variant);
                 }
                 self.scene = like(&shown, &self.scene);
                 self.history.retract(&self.scene);
