@@ -28,6 +28,11 @@ pub struct References<'a> {
     pub centres: Option<&'a Reference>,
 }
 
+/// Name of the picture that a run, whose files' names begin like this, has at a time.
+pub fn snapshot_file(prefix: &str, at: Duration) -> String {
+    format!("{prefix}.{}s.exr", at.as_secs_f64())
+}
+
 /// A render of which pictures are taken at the given times.
 pub(super) struct EntrantRun<'a> {
     pub engine: Engine,
@@ -57,7 +62,7 @@ impl EntrantRun<'_> {
                 break;
             }
             let picture = self.engine.picture()?;
-            let name = format!("{}.{}s.exr", self.prefix, asked.as_secs_f64());
+            let name = snapshot_file(&self.prefix, asked);
             snapshots.push(self.snapshot(bench, &picture, asked, Some(name))?);
         }
         progress.finish();

@@ -1,5 +1,10 @@
 //! The subjects of a bench: each shading model of the scene, and for each the variants that are possible.
 
+use std::time::Duration;
+
+use super::entrant_run::snapshot_file;
+use super::reference::Rays;
+use super::warm::new_view_file;
 use crate::cli::{BenchArgs, BenchVariant, message};
 use crate::engine::{Engine, Host};
 use crate::error::{Error, Place, Result};
@@ -114,13 +119,41 @@ impl Subject {
         file.render.cache_format = Some(variant.format);
         let (scene, _) = resolve(&file, volume)?;
         let choice = host.plan(volume, &scene)?;
-        host.check_picture(&choice.plan, scene.render.size, false)?;
+        host.check_picture(volume, &choice.plan, scene.render.size, false)?;
         Ok(Entrant {
             word: variant.to_string(),
             text: describe(&file, volume, &scene),
             choice,
             scene,
         })
+    }
+
+    /// Names of the pictures that are written at these times; a reference may be given.
+    pub fn files(&self, seconds: &[Duration], has_reference: bool) -> Vec<String> {
+        let of_entrant = |entrant: &Entrant| {
+            let prefix = self.prefix_of(entrant);
+            let at_times = seconds.iter().map(|time| snapshot_file(&prefix, *time));
+            at_times.chain([new_view_file(&prefix)]).collect::<Vec<_>>()
+        };
+        let own = (!has_reference).then_some(Rays::Anywhere);
+        let references = own.into_iter().chain([Rays::Centres]);
+        let references = references.map(|rays| self.reference_file(rays));
+        references
+            .chain(self.entrants.iter().flat_map(of_entrant))
+            .collect()
+    }
+
+    pub fn reference_file(&self, rays: Rays) -> String {
+        let rays = match rays {
+            Rays::Anywhere => "reference",
+            Rays::Centres => "reference-centres",
+        };
+        format!("{}{rays}.exr", self.prefix)
+    }
+
+    /// Prefix of the names of an entrant's files.
+    pub fn prefix_of(&self, entrant: &Entrant) -> String {
+        format!("{}{}", self.prefix, entrant.file_word())
     }
 
     pub fn has_cache(&self) -> bool {
@@ -142,7 +175,7 @@ impl Entrant {
     }
 
     /// The variant as a part of a file's name, which must not contain a colon.
-    pub fn file_word(&self) -> String {
+    fn file_word(&self) -> String {
         self.word.replace(':', "-")
     }
 }

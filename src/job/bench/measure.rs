@@ -25,7 +25,7 @@ pub fn measure(
         engine: entrant.load(&bench.host, bench.volume, bench.seed)?,
         watch: Stopwatch::paused(),
         entrant,
-        prefix: format!("{}{}", subject.prefix, entrant.file_word()),
+        prefix: subject.prefix_of(entrant),
         references,
     };
     let load_s = began.elapsed().as_secs_f64();

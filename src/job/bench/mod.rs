@@ -56,12 +56,11 @@ struct Bench<'a> {
     volume: &'a Volume,
     /// Stops by which pictures are brightened before they are compared.
     exposure: f64,
-    folder: Folder,
-    /// Files that are read, and stay.
-    inputs: Vec<PathBuf>,
     /// The times at which pictures are taken, in ascending order.
     seconds: Vec<Duration>,
     outputs: Outputs,
+    // Declared last, so that it is dropped last: it is removed if it is empty.
+    folder: Folder,
 }
 
 pub fn bench(args: &BenchArgs) -> Result<u8> {
@@ -79,6 +78,12 @@ pub fn bench(args: &BenchArgs) -> Result<u8> {
     let subjects = subjects(args, &host, &opened)?;
     let folder = Folder::make(&args.folder)?;
     check_writable(&[folder.file(REPORT), folder.file(PAGE)])?;
+    let inputs = opened.inputs()?.into_iter().chain(args.reference.clone());
+    let pictures = subjects
+        .iter()
+        .flat_map(|subject| subject.files(&args.seconds(), given.is_some()));
+    let pictures: Vec<PathBuf> = pictures.map(|name| folder.file(&name)).collect();
+    check_inputs_stay(&pictures, &inputs.collect::<Vec<_>>())?;
     let mut bench = Bench {
         args,
         seed: seed(args),
@@ -86,14 +91,9 @@ pub fn bench(args: &BenchArgs) -> Result<u8> {
         host,
         volume: &opened.volume,
         exposure: opened.scene.render.exposure,
-        folder,
-        inputs: opened
-            .inputs()?
-            .into_iter()
-            .chain(args.reference.clone())
-            .collect(),
         seconds: args.seconds(),
         outputs: Outputs::default(),
+        folder,
     };
     interrupt::keep_work();
     let mut measured = Vec::new();
@@ -168,11 +168,9 @@ impl Bench<'_> {
         while !is_software && began.elapsed() < WAKING && self.host.peak().is_ok() {}
     }
 
-    /// Writes a picture into the report's folder, unless it is one that is read.
+    /// Writes a picture, one of a subject's [`files`](Subject::files), into the report's folder.
     fn keep(&mut self, name: &str, picture: &Picture, from: &Provenance) -> Result<()> {
-        let path = self.folder.file(name);
-        check_inputs_stay([&path], &self.inputs)?;
-        self.outputs.exr(&path, picture, from)
+        self.outputs.exr(&self.folder.file(name), picture, from)
     }
 
     /// All variants of one subject.

@@ -72,13 +72,10 @@ impl Reference {
         let uncached = BenchVariant::without_cache(Variant::NonCaching);
         let entrant = subject.entrant(host, volume, &uncached)?;
         let mut engine = Engine::with_plan(host, volume, &entrant.scene, entrant.choice, seed)?;
-        let name = match rays {
-            Rays::Anywhere => format!("{}reference.exr", subject.prefix),
-            Rays::Centres => {
-                engine.look_through_centres()?;
-                format!("{}reference-centres.exr", subject.prefix)
-            }
-        };
+        if rays == Rays::Centres {
+            engine.look_through_centres()?;
+        }
+        let name = subject.reference_file(rays);
         let time = bench.longest().saturating_mul(TIMES_AS_LONG);
         bench.say(&format!("{name}: {} s", time.as_secs_f64()));
         let outcome = render_for(time, bench, &mut engine)?;

@@ -38,6 +38,11 @@ pub struct Warm {
     pub isovalue: Option<IsovalueEdit>,
 }
 
+/// Name of the picture of a run's new view.
+pub fn new_view_file(prefix: &str) -> String {
+    format!("{prefix}.new-view.exr")
+}
+
 impl EntrantRun<'_> {
     pub(super) fn warm(&mut self, bench: &mut Bench<'_>) -> Result<Warm> {
         if !self.fill_everywhere()? {
@@ -101,7 +106,7 @@ impl EntrantRun<'_> {
     /// Returns to the scene's own view, which the cache does not know better than others. Also compares the march
     /// with a reference of the same rays.
     fn new_view(&mut self, bench: &mut Bench<'_>) -> Result<NewView> {
-        let name = format!("{}.new-view.exr", self.prefix);
+        let name = new_view_file(&self.prefix);
         let Some((marched, points)) = self.come_back(bench, Some(name))? else {
             return Ok(NewView::default());
         };
