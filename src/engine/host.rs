@@ -82,16 +82,21 @@ impl Host {
         self.plan_beside(volume, scene, 0)
     }
 
-    /// Fails where the host has too little memory for the picture of this size that a plan is for, without or with the sums
-    /// behind it.
-    pub fn check_picture(&self, plan: &Plan, size: [u32; 2], with_sums: bool) -> Result<()> {
+    /// Fails where the host has too little memory for the picture of this size that a plan for the volume is for, without or
+    /// with the sums behind it.
+    pub fn check_picture(
+        &self,
+        volume: &Volume,
+        plan: &Plan,
+        size: [u32; 2],
+        with_sums: bool,
+    ) -> Result<()> {
         let is_software = self.device.summary.kind.is_software();
         let of_device = if is_software { plan.bytes() } else { 0 };
-        let of_bricks = if plan.bricks.is_some() {
-            self.ram_budget
-        } else {
-            0
-        };
+        let of_bricks = plan.bricks.as_ref().map_or(0, |layout| {
+            let all = u64::from(layout.total()) * layout.brick_bytes(volume.stored.bytes());
+            all.min(self.ram_budget)
+        });
         let bytes = Picture::host_bytes(size, with_sums);
         let planned = of_device.saturating_add(of_bricks);
         Ok(host_memory::check_picture(size, bytes, self.free, planned)?)

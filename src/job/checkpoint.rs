@@ -188,6 +188,12 @@ impl<'a> Keeper<'a> {
         matches!(self.fill_state, FillState::Done { .. })
     }
 
+    /// To be called before each picture: `is_continued` if earlier runs may have begun it, on other devices.
+    pub fn begin_picture(&mut self, is_continued: bool) {
+        let state = self.found.state().filter(|_| is_continued);
+        self.fingerprints.devices_before = state.map_or(Vec::new(), |s| s.header.devices.clone());
+    }
+
     /// Restores the picture under way. The engine's scene must be that of the picture.
     pub fn restore_picture(&mut self, engine: &mut Engine) -> Result<()> {
         let before = engine.paths();
@@ -196,9 +202,9 @@ impl<'a> Keeper<'a> {
         Ok(())
     }
 
-    /// To be called when the filling of the cache has ended; `is_enough` says whether the cache is good enough.
-    pub fn fill_ended(&mut self, engine: &mut Engine, is_enough: bool) -> Result<()> {
-        if is_enough {
+    /// To be called when the filling of the cache has ended; `is_final` says whether no run gives it any more paths.
+    pub fn fill_ended(&mut self, engine: &mut Engine, is_final: bool) -> Result<()> {
+        if is_final {
             self.fill_state = FillState::Done { is_saved: false };
             let is_saved = noted(self.save_filled(engine))?;
             self.fill_state = FillState::Done { is_saved };

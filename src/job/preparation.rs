@@ -13,7 +13,8 @@ use crate::interrupt;
 use crate::output::say;
 use crate::output::stats::TRY_VARIANTS;
 use crate::render::{self, Choice};
-use crate::scene::{Opened, Variant};
+use crate::scene::volume::Volume;
+use crate::scene::{Opened, Scene, Variant};
 use crate::shard::{Fingerprints, Settings};
 
 /// Opens the scene while the device starts.
@@ -32,15 +33,16 @@ pub fn open(args: &RenderArgs, clock: &mut Clock) -> Result<(Opened, Host)> {
 pub fn make_engine(
     args: &RenderArgs,
     host: &Host,
-    opened: &Opened,
+    volume: &Volume,
+    scene: &Scene,
     stop: Stop,
     before: Option<&Settings>,
     clock: &mut Clock,
 ) -> Result<(Tried, Option<Fingerprints>)> {
     let setup = Setup {
         host,
-        volume: &opened.volume,
-        scene: &opened.scene,
+        volume,
+        scene,
         seed: args.seed,
     };
     let choice = clock.time("plan", || choose(args, &setup, before))?;
@@ -78,7 +80,7 @@ fn choose(args: &RenderArgs, setup: &Setup<'_>, before: Option<&Settings>) -> Re
     } = *setup;
     let settled = before.map(|before| before.settle(scene));
     let mut choice = host.plan(volume, settled.as_ref().unwrap_or(scene))?;
-    host.check_picture(&choice.plan, scene.render.size, args.keeps_sums())?;
+    host.check_picture(volume, &choice.plan, scene.render.size, args.keeps_sums())?;
     if let Some(before) = before {
         choice.reason = before.reason.clone();
     }

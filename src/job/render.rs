@@ -65,7 +65,7 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     if !args.quiet {
         summary.print();
     }
-    Ok(interrupt::status())
+    Ok(summary.status())
 }
 
 /// A render under way.
@@ -119,7 +119,9 @@ impl<'a> Render<'a> {
             .transpose()?;
         let stop = args.stop(opened.scene.render.variant);
         let before = found.as_ref().and_then(Found::settings);
-        let (tried, fingerprints) = make_engine(args, host, opened, stop, before, &mut clock)?;
+        let (volume, scene) = (&opened.volume, &views[0].scene);
+        let (tried, fingerprints) =
+            make_engine(args, host, volume, scene, stop, before, &mut clock)?;
         let Tried {
             mut engine,
             mut watch,
@@ -175,9 +177,14 @@ impl<'a> Render<'a> {
         let is_enough = clock.time(FILL_CACHE, || {
             work.run(self.keeper.as_mut(), |run| engine.fill(run, pictures))
         })?;
+        // A cache whose time is over gets no more paths either, even if that cut a batch.
+        let has_light = engine
+            .cache()
+            .is_some_and(|cache| cache.filling.updates > 0);
+        let is_final = is_enough || has_light && !is_interrupted();
         match (&mut self.keeper, &mut self.fingerprints) {
             (Some(keeper), _) => clock.time("write the checkpoint", || {
-                keeper.fill_ended(engine, is_enough)
+                keeper.fill_ended(engine, is_final)
             }),
             (None, Some(fingerprints)) => fingerprints.add_fill(engine),
             (None, None) => Ok(()),
@@ -258,6 +265,9 @@ impl<'a> Render<'a> {
         let Render { engine, clock, .. } = self;
         self.beginning = None;
         self.watch.pause();
+        if let Some(keeper) = &mut self.keeper {
+            keeper.begin_picture(beginning == Beginning::UnderWay);
+        }
         if index > 0 {
             let scene = &self.views[index].scene;
             let changed = clock.time("look from elsewhere", || engine.change_in_place(scene))?;

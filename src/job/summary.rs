@@ -8,7 +8,7 @@ use crate::cli::{RenderArgs, why_stopped};
 use crate::engine::{Engine, Host, Outcome, Stop, StopReason, cache_goal, figures};
 use crate::error::Result;
 use crate::gpu::Timings;
-use crate::interrupt::{self, is_interrupted};
+use crate::interrupt;
 use crate::output::stats::{Stats, ViewStats};
 use crate::output::{Outputs, say, time_table};
 use crate::render;
@@ -40,6 +40,8 @@ pub struct Summary<'a> {
     counted: &'static str,
     /// As in [`Taken`].
     missing: Option<u32>,
+    /// Whether an interruption has ended the render before its time.
+    is_interrupted: bool,
     /// The time that runs before this one have spent on these pictures.
     earlier: Duration,
     /// Paths of runs before this one, which `stats` counts as well.
@@ -72,6 +74,7 @@ impl<'a> Summary<'a> {
                 render::Variant::Caching(_) | render::Variant::NonCaching => "samples per pixel",
             },
             missing: *missing,
+            is_interrupted: missing.is_some() || last.outcome.stopped == StopReason::Interrupted,
             earlier: pictures.iter().map(|picture| picture.earlier).sum(),
             restored_paths,
             memory: engine.memory_history(),
@@ -105,6 +108,15 @@ impl<'a> Summary<'a> {
         say(self.last_line());
     }
 
+    /// The render's exit status. A signal that comes when all is rendered ends nothing.
+    pub fn status(&self) -> u8 {
+        if self.is_interrupted {
+            interrupt::status()
+        } else {
+            0
+        }
+    }
+
     fn last_line(&self) -> String {
         let Summary {
             stats,
@@ -114,7 +126,7 @@ impl<'a> Summary<'a> {
         } = self;
         let seconds = stats.wall_s + self.earlier.as_secs_f64();
         let error = error_in_words(stats.relative_error);
-        let why = if is_interrupted() {
+        let why = if self.is_interrupted {
             self.why_interrupted()
         } else {
             why_stopped(&self.stopped)

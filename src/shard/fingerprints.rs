@@ -15,6 +15,8 @@ pub struct Fingerprints {
     pub volume: String,
     /// Fingerprint of the filling of the cache, if there is one.
     pub fill: Option<String>,
+    /// The devices and drivers by which earlier runs have rendered the picture.
+    pub devices_before: Vec<String>,
 }
 
 impl Fingerprints {
@@ -22,6 +24,7 @@ impl Fingerprints {
         Ok(Fingerprints {
             volume: volume_fingerprint(volume)?,
             fill: None,
+            devices_before: Vec::new(),
         })
     }
 
@@ -40,7 +43,12 @@ impl Fingerprints {
         sums: &Sums,
     ) -> Result<Header> {
         let identity = Identity::of(engine, scene, text, &self.volume)?;
-        Ok(Header::of(engine, identity, sums, self.fill.as_deref()))
+        let mut header = Header::of(engine, identity, sums, self.fill.as_deref());
+        let mut devices = self.devices_before.clone();
+        header.devices.retain(|device| !devices.contains(device));
+        devices.append(&mut header.devices);
+        header.devices = devices;
+        Ok(header)
     }
 }
 

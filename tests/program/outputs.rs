@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use crate::number::number;
 use crate::refusals::refused;
+use crate::shards::channel;
 use crate::{Folder, ended, last_line, text};
 
 #[test]
@@ -300,6 +301,23 @@ fn the_plan_is_what_a_render_takes() {
         "render ball.toml {variant} --spp 1 -o b.png {too_little}"
     ));
     assert_eq!(output.status.code(), Some(4), "{output:?}");
+}
+
+/// The first picture of an orbit is as far away as the others.
+#[test]
+fn an_orbit_keeps_its_distance() {
+    let folder = Folder::new();
+    folder.succeed(
+        "render ball.toml --size 24x24 --spp 1 --variant non-caching --orbit 4 -o turn.exr",
+    );
+    let nearest = |number: u32| {
+        let depth = channel(&folder.exr(&format!("turn.000{number}.exr")), "depth.Z");
+        depth.into_iter().fold(f64::INFINITY, f64::min)
+    };
+    for number in 2..=4 {
+        let (first, other) = (nearest(1), nearest(number));
+        assert!((first - other).abs() < 0.01 * first, "{first}, {other}");
+    }
 }
 
 #[test]

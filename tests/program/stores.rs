@@ -9,11 +9,12 @@ use std::time::{Duration, Instant};
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use rustix::process::Signal;
 use serde_json::Value;
 
 use crate::checkpoints::{OFTEN, survive};
 use crate::number::number;
-use crate::stopping::send_to;
+use crate::stopping::{PATIENCE, send_to};
 use crate::{Folder, ended, text};
 
 /// Voxels along x, y and z: more than are kept in memory of a compressed file.
@@ -77,9 +78,9 @@ fn the_next_run_copies_nothing() {
     assert!(!folder.path("c").exists());
     // It stands still in the middle of its copy, so that the other finds no store.
     let beside = copying(&folder);
-    send_to("STOP", &beside);
+    send_to(Signal::STOP, &beside);
     assert!(render(&folder, "b.exr").contains("copying v.nrrd to c"));
-    send_to("CONT", &beside);
+    send_to(Signal::CONT, &beside);
     assert!(wait(beside).success());
     assert!(!render(&folder, "d.exr").contains("copying"));
     for picture in ["a.exr", "b.exr", "d.exr"] {
@@ -122,6 +123,9 @@ fn a_plain_file_streams_through_little_memory() {
         let waited = number(&bricks["waited_share"]);
         assert!((0.0..=1.0).contains(&waited), "{bricks}");
     }
+    // Of which no more is counted than the volume's bricks take.
+    folder.succeed(&format!("{RENDER} {STREAMED} --ram-budget 100% -o a.exr"));
+    assert!(folder.read("a.exr") == folder.read("whole.exr"));
 }
 
 #[test]
@@ -203,7 +207,7 @@ fn a_copy_that_is_ended_leaves_nothing_that_looks_finished() {
     #[cfg(unix)]
     {
         let child = copying(&folder);
-        send_to("TERM", &child);
+        send_to(Signal::TERM, &child);
         assert_eq!(wait(child).code(), Some(143));
         assert_eq!(folder.names_in("c"), [""; 0]);
     }
@@ -218,7 +222,7 @@ fn copying(folder: &Folder) -> Child {
     let child = command.stderr(Stdio::null()).spawn().expect("the program");
     let began = Instant::now();
     while names(folder).iter().all(|name| before.contains(name)) {
-        assert!(began.elapsed() < Duration::from_secs(60), "it never copies");
+        assert!(began.elapsed() < PATIENCE, "it never copies");
         sleep(Duration::from_millis(1));
     }
     child
