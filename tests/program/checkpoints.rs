@@ -4,9 +4,11 @@ use std::process::Command;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use rustix::process::Signal;
+
 use crate::refusals::refused;
-use crate::stopping::{ends, send, started, wait_until};
-use crate::{Folder, last_line, text};
+use crate::stopping::{PATIENCE, ends, send, started, wait_until};
+use crate::{Folder, ended, last_line, text};
 
 /// What each variant renders: for a few seconds, on a CPU.
 const UNCACHED: &str = "render ball.toml --variant non-caching --size 96x64 --spp 1024";
@@ -22,7 +24,8 @@ pub fn survive(folder: &Folder, command: &str, random: &mut fastrand::Rng) -> u3
         let before = changed(folder);
         let mut process = folder.isolume(command).spawn().expect("it starts");
         let began = Instant::now();
-        while changed(folder) == before && began.elapsed() < Duration::from_secs(60) {
+        while changed(folder) == before {
+            assert!(began.elapsed() < PATIENCE, "nothing is written");
             if process.try_wait().expect("a process").is_some() {
                 return kill;
             }
@@ -219,7 +222,7 @@ fn an_interruption_within_a_batch_is_told_of() {
     let written = || std::fs::metadata(folder.path("c.exr")).and_then(|file| file.modified());
     let mut last = None;
     let between = loop {
-        assert!(began.elapsed() < Duration::from_secs(60));
+        assert!(began.elapsed() < PATIENCE);
         sleep(Duration::from_millis(5));
         let before = last;
         last = written().ok();
@@ -232,7 +235,7 @@ fn an_interruption_within_a_batch_is_told_of() {
     };
     sleep(between / 2);
     let checkpoint = folder.read("c.exr");
-    send("INT", &child);
+    send(Signal::INT, &child);
     let said = ends(child, 130);
     let note = "note: no checkpoint was written at the end, since the interruption came in the middle of a batch of the \
                 cache's paths: c.exr is as it was before";
@@ -249,14 +252,16 @@ fn signals_leave_a_checkpoint() {
     let folder = Folder::new();
     let render =
         "render ball.toml --variant non-caching --samples 32..100000 -o a.exr --checkpoint c.exr";
-    let child = started(&folder, render);
+    let mut child = started(&folder, render);
+    let lock = folder.path("c.exr.lock");
+    wait_until(&mut child, "a lock", || lock.exists());
     let began = Instant::now();
     while !folder.path("c.exr").exists() {
-        assert!(began.elapsed() < Duration::from_secs(60));
+        assert!(began.elapsed() < PATIENCE);
         sleep(Duration::from_millis(200));
-        send("USR1", &child);
+        send(Signal::USR1, &child);
     }
-    send("TERM", &child);
+    send(Signal::TERM, &child);
     let said = ends(child, 143);
     assert!(said.contains("stopped because of SIGTERM"), "{said}");
     let merged = folder.succeed("merge merged.exr c.exr");
@@ -267,14 +272,13 @@ fn signals_leave_a_checkpoint() {
     );
 
     let mut second = started(&folder, render);
-    let lock = folder.path("c.exr.lock");
     wait_until(&mut second, "a lock", || lock.exists());
     let said = refused_while_there_is_a_lock(&folder, render);
     assert!(
         said.contains("another process uses this checkpoint"),
         "{said}"
     );
-    send("TERM", &second);
+    send(Signal::TERM, &second);
     ends(second, 143);
 }
 
@@ -303,7 +307,7 @@ fn an_earlier_picture_is_whole_or_not_there() {
         let times = modified("turn.0001.exr").ok().zip(modified("c.exr").ok());
         times.is_some_and(|(picture, checkpoint)| checkpoint > picture)
     });
-    send("INT", &child);
+    send(Signal::INT, &child);
     ends(child, 130);
     let first = folder.path("turn.0001.exr");
     std::fs::remove_file(&first).expect("it was there");
@@ -313,7 +317,7 @@ fn an_earlier_picture_is_whole_or_not_there() {
         let mut child = started(&folder, &orbit);
         wait_until(&mut child, "a lock", || lock.exists());
         sleep(compiling.mul_f64(times));
-        send("INT", &child);
+        send(Signal::INT, &child);
         let said = ends(child, 130);
         assert!(!first.exists() && folder.read("c.exr") == checkpoint);
         said.contains("interrupted before there was a picture to write")
@@ -371,6 +375,22 @@ pub fn shard_header(folder: &Folder, file: &str) -> serde_json::Value {
         other => panic!("{other:?}"),
     };
     serde_json::from_str(&header).expect("JSON")
+}
+
+/// lavapipe's name tells the width of its vectors.
+#[test]
+fn a_shard_names_the_devices_of_all_its_runs() {
+    let folder = Folder::new();
+    let of = |file: &str| shard_header(&folder, file)["devices"].clone();
+    let render = "render ball.toml --variant non-caching --checkpoint c.exr --samples";
+    let mut elsewhere = folder.isolume(&format!("{render} 0..4 -o a.exr"));
+    let output = ended(elsewhere.env("LP_NATIVE_VECTOR_WIDTH", "128"));
+    assert!(output.status.success(), "{output:?}");
+    folder.succeed("render ball.toml --variant non-caching --samples 0..4 -o b.exr");
+    folder.succeed(&format!("{render} 0..8 -o c0.exr"));
+    let mut both = vec![of("a.exr")[0].clone(), of("b.exr")[0].clone()];
+    both.dedup();
+    assert_eq!(of("c0.exr"), serde_json::Value::from(both));
 }
 
 /// A cache that was filled once serves all shards: they merge to what a single run reads from it.

@@ -1,5 +1,7 @@
 //! `auto` tries both variants where work is long enough for a trial, and says what it found.
 
+use rustix::process::Signal;
+
 use crate::shards::channel;
 use crate::stopping::{read_until, send, started};
 use crate::{Folder, last_line};
@@ -23,7 +25,7 @@ fn long_work_is_tried_with_and_without_a_cache() {
         let mut child = started(&folder, &arguments);
         // Once it fills a cache or samples, the choice is made; the last line says the same if it has come to its end.
         read_until(&mut child, ", relative error ");
-        send("INT", &child);
+        send(Signal::INT, &child);
         let status = child.process.wait().expect("an end").code();
         assert!(matches!(status, Some(0 | 130)), "{limit}: {status:?}");
         let reason = folder.json("s.json")["reason"].to_string();

@@ -4,6 +4,8 @@ use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use rustix::process::{Pid, Signal, kill_process};
+
 use crate::number::number;
 use crate::{Folder, last_line};
 
@@ -70,7 +72,7 @@ fn ctrl_c_ends_an_orbit_with_what_is_done() {
     let mut child = started(&folder, orbit);
     let first = folder.path("turn.0001.exr");
     wait_until(&mut child, "a first picture", || first.exists());
-    send("INT", &child);
+    send(Signal::INT, &child);
     let rest = ends(child, 130);
     let last = rest.lines().last().expect("a line");
     assert!(
@@ -114,10 +116,10 @@ fn sigterm_ends_a_render_as_ctrl_c_does() {
     let folder = Folder::new();
     let mut child = started(&folder, &format!("{CACHED} --size 256x256"));
     read_until(&mut child, "cache: ");
-    send("TERM", &child);
+    send(Signal::TERM, &child);
     // A scheduler and the script that it stops may both send it.
     std::thread::sleep(Duration::from_millis(20));
-    send("TERM", &child);
+    send(Signal::TERM, &child);
     let rest = ends(child, 143);
     assert!(rest.contains("stopped because of SIGTERM"), "{rest}");
     folder.exr("a.exr");
@@ -129,11 +131,9 @@ fn ctrl_c_twice_at_once_is_one() {
     let folder = Folder::new();
     let mut child = started(&folder, &format!("{CACHED} --size 256x256"));
     read_until(&mut child, "cache: ");
-    // By one shell: processes of their own would be started too far apart on a busy machine.
-    let id = child.process.id();
-    let twice = format!("kill -INT {id}; sleep 0.005; kill -INT {id}");
-    let sent = Command::new("sh").args(["-c", &twice]).status();
-    assert!(sent.expect("a shell").success());
+    send(Signal::INT, &child);
+    std::thread::sleep(Duration::from_millis(5));
+    send(Signal::INT, &child);
     let rest = ends(child, 130);
     assert!(rest.contains("stopped because of Ctrl-C"), "{rest}");
     folder.exr("a.exr");
@@ -145,9 +145,11 @@ fn a_second_ctrl_c_ends_without_writing() {
     let before = folder.names();
     let mut child = started(&folder, &format!("{CACHED} --size 1024x1024"));
     read_until(&mut child, "cache: ");
-    send("INT", &child);
-    std::thread::sleep(Duration::from_millis(200));
-    send("INT", &child);
+    // On a busy machine, two may be taken for one.
+    while child.process.try_wait().expect("a process").is_none() {
+        send(Signal::INT, &child);
+        std::thread::sleep(Duration::from_millis(150));
+    }
     let rest = ends(child, 130);
     assert!(
         rest.contains(
@@ -162,18 +164,20 @@ fn a_second_ctrl_c_ends_without_writing() {
 #[cfg(target_os = "linux")]
 #[test]
 fn ctrl_c_while_loading_or_compiling_ends_at_once() {
+    // As /proc has them: bit n − 1 is signal n.
+    const BOTH: u64 = 1 << 1 | 1 << 14;
     let folder = Folder::new();
     let before = folder.names();
-    for (signal, status) in [("INT", 130), ("TERM", 143)] {
+    for (signal, status) in [(Signal::INT, 130), (Signal::TERM, 143)] {
         let mut child = started(&folder, CACHED);
         let about = format!("/proc/{}/status", child.process.id());
-        let catches_ctrl_c = || {
+        let catches_both = || {
             let about = std::fs::read_to_string(&about).expect("a process");
             let caught = about.lines().find_map(|l| l.strip_prefix("SigCgt:"));
             let caught = u64::from_str_radix(caught.expect("signals").trim(), 16);
-            caught.expect("a mask") & 2 != 0
+            caught.expect("a mask") & BOTH == BOTH
         };
-        wait_until(&mut child, "a handler", catches_ctrl_c);
+        wait_until(&mut child, "handlers", catches_both);
         send(signal, &child);
         let rest = ends(child, status);
         let expected = "isolume: interrupted: nothing was written\n";
@@ -188,9 +192,9 @@ fn nohup_outlives_its_terminal() {
     let folder = Folder::new();
     let mut child = Child::new(&mut folder.shell("trap '' HUP;", CACHED));
     read_until(&mut child, "cache: ");
-    send("HUP", &child);
+    send(Signal::HUP, &child);
     read_until(&mut child, "cache: ");
-    send("TERM", &child);
+    send(Signal::TERM, &child);
     ends(child, 143);
 }
 
@@ -209,16 +213,17 @@ fn the_time_holds_for_a_sample_without_end() {
     ];
     folder.write("c.exr", b"an older checkpoint");
     for (variant, remedy) in too_short {
-        let began = Instant::now();
         let command = format!(
             "render ball.toml -o a.exr {fog} --variant {variant} --time 0.5 --checkpoint c.exr --restart"
         );
         let output = folder.run(&command);
         let said = crate::text(&output.stderr);
         assert_eq!(output.status.code(), Some(3), "{variant}: {said}");
-        assert!(said.contains("--time 0.5: after "), "{variant}: {said}");
+        let after = said.split_once("--time 0.5: after ").expect("its time").1;
+        let seconds = after.split(' ').next().expect("a number");
+        let seconds: f64 = seconds.parse().expect("a number");
+        assert!(seconds < 15.0, "{variant}: {said}");
         assert!(said.contains(remedy), "{variant}: {said}");
-        assert!(began.elapsed() < Duration::from_secs(30), "{variant}");
         assert!(!folder.path("a.exr").exists());
         assert_eq!(folder.read("c.exr"), b"an older checkpoint", "{variant}");
     }
@@ -226,6 +231,9 @@ fn the_time_holds_for_a_sample_without_end() {
 
 /// A render without end that fills a cache first.
 const CACHED: &str = "render ball.toml -o a.exr --variant caching --error 1e-9";
+
+/// So long nothing takes, on whatever machine.
+pub const PATIENCE: Duration = Duration::from_secs(300);
 
 /// A program under way, and what it says.
 pub struct Child {
@@ -255,7 +263,7 @@ pub fn wait_until(child: &mut Child, what: &str, is_there: impl Fn() -> bool) {
     while !is_there() {
         let ended = child.process.try_wait().expect("a process");
         assert!(ended.is_none(), "it ended before {what}: {ended:?}");
-        assert!(began.elapsed() < Duration::from_secs(60), "no {what}");
+        assert!(began.elapsed() < PATIENCE, "no {what}");
         std::thread::sleep(Duration::from_millis(1));
     }
 }
@@ -273,16 +281,13 @@ pub fn read_until(child: &mut Child, sign: &str) {
     }
 }
 
-/// By the shell's own `kill`: a small system has no program of that name.
-pub fn send(signal: &str, child: &Child) {
+pub fn send(signal: Signal, child: &Child) {
     send_to(signal, &child.process);
 }
 
 /// The same, to a process of which nothing is read.
-pub fn send_to(signal: &str, process: &std::process::Child) {
-    let script = format!("kill -{signal} {}", process.id());
-    let kill = Command::new("sh").args(["-c", &script]).status();
-    assert!(kill.expect("a shell").success());
+pub fn send_to(signal: Signal, process: &std::process::Child) {
+    kill_process(Pid::from_child(process), signal).expect("a process");
 }
 
 /// What it says until it ends, which is with `status`.
@@ -298,6 +303,6 @@ pub fn ends(mut child: Child, status: i32) -> String {
 fn interrupted(folder: &Folder, arguments: &str, sign: &str) -> String {
     let mut child = started(folder, arguments);
     read_until(&mut child, sign);
-    send("INT", &child);
+    send(Signal::INT, &child);
     ends(child, 130)
 }

@@ -42,6 +42,8 @@ impl Display {
     pub fn new() -> Display {
         let mut server = Command::new("Xvfb")
             .args([
+                // Keys do not repeat, however late they are let go.
+                "-r",
                 "-displayfd",
                 "1",
                 "-screen",
@@ -70,7 +72,7 @@ impl Display {
 
     /// The only window that is shown, with the keyboard's focus.
     pub fn window(&self) -> Window {
-        for _ in 0..600 {
+        for _ in 0..12_000 {
             let tree = self
                 .connection
                 .query_tree(self.root)

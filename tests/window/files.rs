@@ -211,14 +211,15 @@ fn the_panels_change_nothing_by_themselves() {
 
     // The plane goes with the scene that had it, and is not taken for the file's.
     window.display.strike(&['c' as u32]);
+    assert_eq!(planes(&window.saved("scene.4.toml")), 1);
     let clip = "[[clip]]\nnormal = [0.0, 1.0, 0.0]\noffset = 5.0\n";
     window
         .folder
         .write_scene(|scene| format!("{}\n{clip}", beyond(scene)));
-    let text = window.saved_after("scene file read again", "scene.4.toml");
+    let text = window.saved_after("scene file read again", "scene.5.toml");
     assert_eq!(planes(&text), 1, "{text}");
     window.display.strike(&['c' as u32]);
-    let text = window.saved_after("picture finished", "scene.5.toml");
+    let text = window.saved_after("picture finished", "scene.6.toml");
     assert_eq!(planes(&text), 2, "{text}");
 }
 

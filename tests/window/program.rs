@@ -7,6 +7,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use rustix::process::{Pid, Signal, kill_process};
+
 use crate::curve::resident_kib;
 use crate::display::{Area, Display, Shot};
 use crate::folder::Folder;
@@ -15,7 +17,7 @@ use crate::folder::Folder;
 pub const WINDOW: [usize; 2] = [512, 384];
 
 /// The longest that anything may take.
-const PATIENCE: Duration = Duration::from_secs(120);
+pub const PATIENCE: Duration = Duration::from_secs(300);
 
 /// A ball beside a smaller one in a haze.
 pub const SCENE: &str = r#"
@@ -71,7 +73,9 @@ impl Folder {
     }
 
     pub fn write_scene(&self, change: impl FnOnce(&str) -> String) {
-        self.write("scene.toml", change(SCENE).as_bytes());
+        // In one step, as editors do it: the window must not read half of it.
+        self.write("scene.toml~", change(SCENE).as_bytes());
+        fs::rename(self.path("scene.toml~"), self.path("scene.toml")).expect("a file");
     }
 
     fn without_display(&self, arguments: &str) -> Command {
@@ -214,16 +218,10 @@ impl Program {
 
     /// Stops it while something happens, so that one frame finds all of that.
     pub fn while_stopped(&self, what: impl FnOnce()) {
-        self.send("STOP");
+        let send = |signal| kill_process(Pid::from_child(&self.child), signal).expect("a process");
+        send(Signal::STOP);
         what();
-        self.send("CONT");
-    }
-
-    /// By the shell's own `kill`: a small system has no program of that name.
-    fn send(&self, signal: &str) {
-        let script = format!("kill -{signal} {}", self.id());
-        let kill = Command::new("sh").args(["-c", &script]).status();
-        assert!(kill.expect("a shell").success());
+        send(Signal::CONT);
     }
 
     pub fn said(&self) -> &[String] {
@@ -237,9 +235,15 @@ impl Program {
     /// Once a picture is finished, there is nothing left to do.
     #[track_caller]
     pub fn is_idle(&self) {
-        thread::sleep(Duration::from_millis(500));
-        let seconds = self.cpu_seconds_in(Duration::from_millis(1500));
-        assert!(seconds <= 0.06, "{seconds} s of CPU time in 1.5 s");
+        // A few frames follow, which take a slow machine long.
+        let until = Instant::now() + PATIENCE;
+        loop {
+            let seconds = self.cpu_seconds_in(Duration::from_millis(1500));
+            if seconds <= 0.06 {
+                return;
+            }
+            assert!(Instant::now() < until, "{seconds} s of CPU time in 1.5 s");
+        }
     }
 
     /// CPU time that it takes within so long.

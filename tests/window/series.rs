@@ -115,7 +115,7 @@ impl Window {
             std::thread::sleep(Duration::from_millis(500));
             self.display.shoot(self.id)
         });
-        shots.take(60).find(has_list).expect("two thumbnails")
+        shots.take(600).find(has_list).expect("two thumbnails")
     }
 
     /// Picks the series at a place of the list, which is then shown.

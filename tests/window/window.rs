@@ -1,6 +1,6 @@
 //! A window of the program's on a display of its own, and the folder that it works in.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 use x11rb::protocol::xproto;
@@ -8,7 +8,7 @@ use x11rb::protocol::xproto;
 use crate::PICTURE;
 use crate::display::{Display, Shot};
 use crate::folder::Folder;
-use crate::program::{Program, WINDOW};
+use crate::program::{PATIENCE, Program, WINDOW};
 
 /// The order of the fields is that in which they are dropped: the program ends before its display and its folder go.
 pub struct Window {
@@ -74,6 +74,21 @@ impl Window {
         }
         shot.save(&format!("window_{name}.png"));
         shot
+    }
+
+    /// The window once it shows something: what is said is drawn in a frame that follows.
+    #[track_caller]
+    pub fn shoot_once(&self, name: &str, shows: impl Fn(&Shot) -> bool) -> Shot {
+        let until = Instant::now() + PATIENCE;
+        loop {
+            let shot = self.display.shoot(self.id);
+            if shows(&shot) {
+                shot.save(&format!("window_{name}.png"));
+                return shot;
+            }
+            assert!(Instant::now() < until, "it does not show {name}");
+            std::thread::sleep(Duration::from_millis(100));
+        }
     }
 
     /// Saves the scene, and returns the text of the file that the program has found a name for.
