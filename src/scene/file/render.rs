@@ -52,6 +52,32 @@ impl SceneFile {
     }
 }
 
+impl SceneFile {
+    /// Adds a note for each key of the cache that is set where there is no cache.
+    pub(super) fn note_idle_cache_keys(&self, notes: &mut Vec<String>) {
+        let table = &self.render;
+        let Some(variant @ (Variant::NonCaching | Variant::Published)) = table.variant else {
+            return;
+        };
+        let is_set = [
+            (
+                "render.cache_scale",
+                matches!(table.cache_scale, Some(CacheScale::Fixed(_))),
+            ),
+            (
+                "render.cache_format",
+                table
+                    .cache_format
+                    .is_some_and(|format| format != CacheFormat::Auto),
+            ),
+        ];
+        for (key, _) in is_set.iter().filter(|(_, is_set)| *is_set) {
+            let idle = format!("has no effect with variant \"{}\"", variant.name());
+            notes.push(self.origins.sentence(key, idle));
+        }
+    }
+}
+
 /// A range far larger than any picture needs, in which 2^exposure stays representable.
 pub const EXPOSURE: Expected = (
     |stops| stops.abs() <= 100.0,

@@ -23,6 +23,7 @@ pub fn resolve(file: &SceneFile, volume: &Volume) -> Result<(Scene, Vec<String>)
         render,
     };
     file.note_idle_parameters(&mut notes);
+    file.note_idle_cache_keys(&mut notes);
     file.check_visible(&scene, volume.range, &mut notes)?;
     Ok((scene, notes))
 }

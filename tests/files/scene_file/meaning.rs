@@ -208,6 +208,10 @@ fn what_cannot_be_seen_is_said() {
         "[[surfaces.iso]]\nvalue = 9\nshininess = 3",
         "head.toml:3: surfaces.iso.0.shininess: has no effect with lambert",
     );
+    noted(
+        "[render]\nvariant = \"non-caching\"\ncache_scale = 0.5",
+        "head.toml:3: render.cache_scale: has no effect with variant \"non-caching\"",
+    );
     assert!(resolved(&ramp(253, 400)).is_ok());
     assert!(resolved(&ramp(-5, 300)).is_ok());
 }
