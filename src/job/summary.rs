@@ -9,7 +9,7 @@ use crate::engine::{Engine, Host, Outcome, Stop, StopReason, cache_goal, figures
 use crate::error::Result;
 use crate::gpu::Timings;
 use crate::interrupt;
-use crate::output::stats::{Stats, ViewStats};
+use crate::output::stats::{Continued, Stats, ViewStats};
 use crate::output::{Outputs, say, time_table};
 use crate::render;
 use crate::scene::Variant;
@@ -64,18 +64,24 @@ impl<'a> Summary<'a> {
     ) -> Summary<'a> {
         let Taken { pictures, missing } = taken;
         let (first, last) = (&pictures[0], &pictures[pictures.len() - 1]);
+        let earlier: Duration = pictures.iter().map(|picture| picture.earlier).sum();
+        let mut stats = stats(args, clock, &engine, pictures, cache_goal(stop));
+        stats.continued = (restored_paths > 0).then_some(Continued {
+            paths: restored_paths,
+            wall_s: earlier.as_secs_f64(),
+        });
         Summary {
             args,
             files: names(first.view, last.view),
             asked: engine.scene().render.variant,
-            stats: stats(args, clock, &engine, pictures, cache_goal(stop)),
+            stats,
             counted: match engine.choice().plan.variant {
                 render::Variant::Published => "updates per cell",
                 render::Variant::Caching(_) | render::Variant::NonCaching => "samples per pixel",
             },
             missing: *missing,
             is_interrupted: missing.is_some() || last.outcome.stopped == StopReason::Interrupted,
-            earlier: pictures.iter().map(|picture| picture.earlier).sum(),
+            earlier,
             restored_paths,
             memory: engine.memory_history(),
             stopped: last.outcome.stopped.clone(),
@@ -85,7 +91,7 @@ impl<'a> Summary<'a> {
 
     /// Compares the passes with the device's peak, for which the engine has given back its memory, and writes the
     /// files.
-    pub fn stage(&mut self, outputs: &mut Outputs, host: &Host, clock: &Clock) -> Result<()> {
+    pub fn write_aside(&mut self, outputs: &mut Outputs, host: &Host, clock: &Clock) -> Result<()> {
         // If the peak cannot be measured, shares of it are unknown; everything else is still reported.
         let peak = self.is_asked_for().then(|| host.peak().ok()).flatten();
         self.stats.passes = figures::passes(&self.timings, peak.as_ref());
@@ -186,6 +192,7 @@ fn stats(
         cache: engine.cache_stats(cache_goal),
         bricks: engine.brick_stats(wall_s),
         views: outcomes.into_iter().map(ViewStats::of).collect(),
+        continued: None,
     }
 }
 

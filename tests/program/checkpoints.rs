@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use rustix::process::Signal;
 
+use crate::number::number;
 use crate::refusals::refused;
 use crate::stopping::{PATIENCE, ends, send, started, wait_until};
 use crate::{Folder, ended, last_line, text};
@@ -375,6 +376,21 @@ pub fn shard_header(folder: &Folder, file: &str) -> serde_json::Value {
         other => panic!("{other:?}"),
     };
     serde_json::from_str(&header).expect("JSON")
+}
+
+#[test]
+fn statistics_tell_what_earlier_runs_have_done() {
+    let folder = Folder::new();
+    let render = "render ball.toml --variant non-caching -o a.exr --checkpoint c.exr";
+    folder.succeed(&format!("{render} --spp 4 --stats first.json"));
+    folder.succeed(&format!("{render} --spp 8 --stats both.json"));
+    let (first, both) = (folder.json("first.json"), folder.json("both.json"));
+    assert!(first.get("continued").is_none(), "{first}");
+    assert_eq!(both["continued"]["paths"], first["paths"]);
+    // The checkpoint at the end has its time as well.
+    let spent = [&both["continued"]["wall_s"], &first["views"][0]["wall_s"]].map(number);
+    assert!(spent[0] >= spent[1] && spent[1] > 0.0, "{spent:?}");
+    assert_eq!(number(&both["paths"]), 2.0 * number(&first["paths"]));
 }
 
 /// lavapipe's name tells the width of its vectors.
