@@ -75,7 +75,7 @@ impl Engine {
                     relative_error: cache.filling.relative_error,
                 });
             }
-            run.pause(self)?;
+            run.call_between(self)?;
         }
     }
 

@@ -121,7 +121,7 @@ impl Engine {
             so_far.seconds_per_sample = (so_far.took - before).as_secs_f64() / taken;
             self.seconds_per_sample = so_far.seconds_per_sample;
             (run.progress)(Progress::Unit(so_far));
-            run.pause(self)?;
+            run.call_between(self)?;
         };
         self.outcome(run, &so_far, watch, stopped)
     }
@@ -237,7 +237,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    pub(super) fn pause(&mut self, engine: &mut Engine) -> Result<()> {
+    pub(super) fn call_between(&mut self, engine: &mut Engine) -> Result<()> {
         match &mut self.between {
             Some(between) => between(engine),
             None => Ok(()),

@@ -220,7 +220,7 @@ impl<'a> Keeper<'a> {
     /// Writes the state of a cache that is filled.
     fn save_filled(&mut self, engine: &mut Engine) -> Result<()> {
         let mut outputs = Outputs::default();
-        self.fingerprints.fill = self.stage_cache(engine, &mut outputs)?;
+        self.fingerprints.fill = self.write_cache_aside(engine, &mut outputs)?;
         // Without a cache there is nothing yet that an older checkpoint could make way for.
         match self.fingerprints.fill {
             Some(_) => self.commit(outputs),
@@ -288,7 +288,7 @@ impl<'a> Keeper<'a> {
     fn write(&mut self, engine: &mut Engine, view: &View, watch: &Stopwatch) -> Result<()> {
         let mut outputs = Outputs::default();
         if self.fill_state != (FillState::Done { is_saved: true }) {
-            self.stage_cache(engine, &mut outputs)?;
+            self.write_cache_aside(engine, &mut outputs)?;
         }
         let (saved, Summed { header, sums }) =
             Saved::with_sums(engine, view, self.kept.opened, &self.fingerprints)?;
@@ -344,10 +344,14 @@ impl<'a> Keeper<'a> {
     }
 
     /// Writes the cache's state under a temporary name, and returns the fingerprint of its light; `None` without a cache.
-    fn stage_cache(&self, engine: &mut Engine, outputs: &mut Outputs) -> Result<Option<String>> {
+    fn write_cache_aside(
+        &self,
+        engine: &mut Engine,
+        outputs: &mut Outputs,
+    ) -> Result<Option<String>> {
         let opened = self.kept.opened;
         let settings = settings(engine);
-        CacheFile::stage(
+        CacheFile::write_aside(
             self.path,
             engine,
             About {

@@ -59,7 +59,7 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     progress.finish();
     let restored_paths = keeper.as_ref().map_or(0, Keeper::restored_paths);
     let mut summary = Summary::of(args, &clock, engine, restored_paths, &taken, &stop);
-    summary.stage(&mut outputs, &host, &clock)?;
+    summary.write_aside(&mut outputs, &host, &clock)?;
     outputs.commit()?;
     kept?;
     if !args.quiet {
@@ -212,7 +212,7 @@ impl<'a> Render<'a> {
                 outcome,
                 earlier,
             });
-            self.stage(view, &mut outputs)?;
+            self.write_aside(view, &mut outputs)?;
             if self.args.orbit.is_some() {
                 std::mem::replace(&mut outputs, Outputs::independent()).commit()?;
                 if let Some(keeper) = &mut self.keeper {
@@ -308,7 +308,7 @@ impl<'a> Render<'a> {
     }
 
     /// Writes a picture's files under temporary names.
-    fn stage(&mut self, view: &View, outputs: &mut Outputs) -> Result<()> {
+    fn write_aside(&mut self, view: &View, outputs: &mut Outputs) -> Result<()> {
         let Render { engine, opened, .. } = self;
         let kept = self.keeper.as_ref().filter(|_| self.args.samples.is_some());
         let kept = kept.map(|keeper| &keeper.fingerprints);
@@ -316,9 +316,9 @@ impl<'a> Render<'a> {
         self.clock.time("save the pictures", || match fingerprints {
             Some(fingerprints) => {
                 let (saved, summed) = Saved::with_sums(engine, view, opened, fingerprints)?;
-                saved.stage(outputs, view, opened, Some(&summed))
+                saved.write_aside(outputs, view, opened, Some(&summed))
             }
-            None => Saved::of(engine, view, opened)?.stage(outputs, view, opened, None),
+            None => Saved::of(engine, view, opened)?.write_aside(outputs, view, opened, None),
         })
     }
 

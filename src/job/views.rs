@@ -95,7 +95,7 @@ impl Saved {
     }
 
     /// Writes the view's files, still under temporary names; `summed`, where the picture is a shard.
-    pub fn stage(
+    pub fn write_aside(
         &self,
         outputs: &mut Outputs,
         view: &View,

@@ -33,14 +33,14 @@ pub fn has_committed() -> bool {
 /// The outputs of a run before they get their final names.
 #[derive(Default)]
 pub struct Outputs {
-    staged: Vec<Staged>,
+    aside: Vec<Aside>,
     /// Whether each is worth having without the others.
     are_independent: bool,
     /// Why independent ones could not be written.
     lost: Vec<Error>,
 }
 
-struct Staged {
+struct Aside {
     /// The name that the user gave, for messages.
     path: PathBuf,
     target: Target,
@@ -65,7 +65,7 @@ impl Outputs {
     }
 
     pub fn exr(&mut self, path: &Path, picture: &Picture, provenance: &Provenance) -> Result<()> {
-        self.stage(path, |file| exr::encode(file, picture, provenance, None))
+        self.write_aside(path, |file| exr::encode(file, picture, provenance, None))
     }
 
     /// Writes the EXR of a picture that another run may continue.
@@ -76,40 +76,40 @@ impl Outputs {
         provenance: &Provenance,
         continuation: Continuation<'_>,
     ) -> Result<()> {
-        self.stage(path, |file| {
+        self.write_aside(path, |file| {
             exr::encode(file, picture, provenance, Some(continuation))
         })
     }
 
     pub fn png(&mut self, path: &Path, picture: &Picture, exposure: f64, tone: Tone) -> Result<()> {
-        self.stage(path, |file| png::encode(file, picture, exposure, tone))
+        self.write_aside(path, |file| png::encode(file, picture, exposure, tone))
     }
 
     pub fn json(&mut self, path: &Path, value: &impl Serialize) -> Result<()> {
-        self.stage(path, |file| {
+        self.write_aside(path, |file| {
             serde_json::to_writer_pretty(&mut *file, value)?;
             writeln!(file)
         })
     }
 
     pub fn text(&mut self, path: &Path, text: &str) -> Result<()> {
-        self.stage(path, |file| file.write_all(text.as_bytes()))
+        self.write_aside(path, |file| file.write_all(text.as_bytes()))
     }
 
     /// Writes a file of any kind under a temporary name.
-    pub fn stage(
+    pub fn write_aside(
         &mut self,
         path: &Path,
         write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
     ) -> Result<()> {
-        let staged = Staged::write(path, write).map(|staged| self.staged.push(staged));
-        self.settle(staged)
+        let aside = Aside::write(path, write).map(|aside| self.aside.push(aside));
+        self.settle(aside)
     }
 
     /// Gives every file its final name.
     pub fn commit(mut self) -> Result<()> {
-        for staged in std::mem::take(&mut self.staged) {
-            let committed = staged.commit();
+        for aside in std::mem::take(&mut self.aside) {
+            let committed = aside.commit();
             self.settle(committed)?;
         }
         let mut lost = self.lost.into_iter();
@@ -132,11 +132,11 @@ impl Outputs {
     }
 }
 
-impl Staged {
+impl Aside {
     fn write(
         path: &Path,
         write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
-    ) -> Result<Staged> {
+    ) -> Result<Aside> {
         let (target, mut temporary) = open(path)?;
         let mut file = BufWriter::new(temporary.file.as_file_mut());
         write(&mut file)
@@ -145,7 +145,7 @@ impl Staged {
             .and_then(|()| file.get_ref().sync_all())
             .map_err(|error| Error::io(path, error))?;
         drop(file);
-        Ok(Staged {
+        Ok(Aside {
             path: path.to_owned(),
             target,
             temporary,

@@ -3,7 +3,7 @@
 use super::bricks::Items;
 use super::pass_compiler::PassCompiler;
 use super::path_queue::PathQueue;
-use super::picture::bundle::{Bundle, Sampled};
+use super::picture::bundle::{Bundle, BundleProgress};
 use super::resources::Resources;
 use crate::error::Result;
 use crate::gpu::types::*;
@@ -53,7 +53,7 @@ impl DeltaTracking {
         r: &Resources,
         cache: &[(&'static str, Binding<'_>)],
         bundle: Bundle,
-    ) -> Result<Sampled> {
+    ) -> Result<BundleProgress> {
         if bundle.begins {
             let items = bundle.items_from(0, r.size);
             self.queue.restart(frame, r, items)?;
@@ -98,7 +98,7 @@ impl DeltaTracking {
             None if progress.under_way => 0,
             None => all,
         };
-        Ok(Sampled {
+        Ok(BundleProgress {
             pixels,
             lookups: progress.lookups,
         })

@@ -13,7 +13,7 @@
 use super::estimator::Estimator;
 use super::parts::{Changes, Derived};
 use super::picture::accumulate::AccumulatePush;
-use super::picture::bundle::{Bundle, BundleUnderWay, Sampled};
+use super::picture::bundle::{Bundle, BundleProgress, BundleUnderWay};
 use super::picture::tone_map::ToneMapPush;
 use super::picture::under_way::UnderWay;
 use super::renderer::Renderer;
@@ -81,11 +81,11 @@ impl Renderer {
 
     /// Adds what a slice has sampled to the bundle under way, and folds what has ended into the mean. Returns the number of
     /// pixels that have all units of the bundle.
-    fn take_in(&mut self, under_way: &mut BundleUnderWay, sampled: Sampled) -> Result<u32> {
+    fn take_in(&mut self, under_way: &mut BundleUnderWay, progress: BundleProgress) -> Result<u32> {
         under_way.bundle.begins = false;
-        under_way.lookups += u64::from(sampled.lookups);
-        self.accumulate(under_way, sampled.pixels)?;
-        Ok(sampled.pixels)
+        under_way.lookups += u64::from(progress.lookups);
+        self.accumulate(under_way, progress.pixels)?;
+        Ok(progress.pixels)
     }
 
     fn begin_bundle(&mut self, samples: u32, units: u32) -> Result<BundleUnderWay> {

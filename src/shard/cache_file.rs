@@ -62,7 +62,7 @@ pub struct About<'a> {
 impl CacheFile {
     /// Writes the state of the engine's cache beside a checkpoint, still under a temporary name, and returns the fingerprint of
     /// its light; `None` if the engine has no cache. The cache must not be in the middle of a batch.
-    pub fn stage(
+    pub fn write_aside(
         checkpoint: &Path,
         engine: &mut Engine,
         about: About<'_>,
@@ -75,7 +75,7 @@ impl CacheFile {
         let path = beside(checkpoint, "cache");
         // An error of the device is kept apart from errors of the file.
         let mut fault = None;
-        let written = outputs.stage(&path, |file| {
+        let written = outputs.write_aside(&path, |file| {
             let mut fingerprint = Fingerprint::default();
             let mut put = |bytes: &[u8]| -> io::Result<()> {
                 fingerprint.add(bytes);

@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::gpu::Frame;
 use crate::render::delta_tracking::DeltaTracking;
 use crate::render::pass_compiler::PassCompiler;
-use crate::render::picture::bundle::{Bundle, Sampled};
+use crate::render::picture::bundle::{Bundle, BundleProgress};
 use crate::render::resources::Resources;
 
 pub enum AtRest {
@@ -40,7 +40,7 @@ impl AtRest {
         r: &Resources,
         cache: &CacheMemory,
         bundle: Bundle,
-    ) -> Result<Sampled> {
+    ) -> Result<BundleProgress> {
         match self {
             AtRest::March(march) => march.advance(frame, r, cache, bundle),
             AtRest::Tracking(tracking) => tracking.advance(frame, r, &cache.bindings(), bundle),

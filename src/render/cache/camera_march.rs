@@ -7,7 +7,7 @@ use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass, SLICE_MS, Slices};
 use crate::render::bricks::Items;
 use crate::render::pass_compiler::PassCompiler;
-use crate::render::picture::bundle::{Bundle, Sampled};
+use crate::render::picture::bundle::{Bundle, BundleProgress};
 use crate::render::resources::Resources;
 use crate::shared;
 
@@ -90,7 +90,7 @@ impl CameraMarch {
         r: &Resources,
         cache: &CacheMemory,
         bundle: Bundle,
-    ) -> Result<Sampled> {
+    ) -> Result<BundleProgress> {
         if bundle.begins {
             self.begin_pixels(frame, 0);
         }
@@ -108,7 +108,7 @@ impl CameraMarch {
         if are_done {
             self.begin_pixels(frame, items.end / bundle.units);
         }
-        Ok(Sampled {
+        Ok(BundleProgress {
             pixels: self.pixels,
             lookups,
         })

@@ -41,7 +41,7 @@ use super::gpu_scene::GpuScene;
 use super::layout::CacheLayout;
 use super::parts::{Changes, Derived};
 use super::pass_compiler::PassCompiler;
-use super::picture::bundle::{Bundle, Sampled};
+use super::picture::bundle::{Bundle, BundleProgress};
 use super::resources::Resources;
 use crate::error::Result;
 use crate::gpu::{Frame, Recording, Slices};
@@ -212,7 +212,12 @@ impl Cache {
     }
 
     /// Goes on with a bundle of units of the picture at rest, or begins one.
-    pub fn sample(&mut self, frame: &mut Frame, r: &Resources, bundle: Bundle) -> Result<Sampled> {
+    pub fn sample(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        bundle: Bundle,
+    ) -> Result<BundleProgress> {
         self.at_rest.advance(frame, r, &self.memory, bundle)
     }
 

@@ -45,7 +45,7 @@ pub struct BundleUnderWay {
 
 /// The progress of a bundle.
 #[derive(Debug, Clone, Copy)]
-pub struct Sampled {
+pub struct BundleProgress {
     /// Pixels, in the order of work, all of whose units have their sums in `unit_sum`.
     pub pixels: u32,
     /// Reads of the volume by tracking in this step.

@@ -45,7 +45,7 @@ fn a_failure_leaves_nothing_of_any_output() {
             .exr(&at("a.exr"), &picture, &Provenance::default())
             .unwrap();
         outputs.json(&at("old.json"), &json!({})).unwrap();
-        let full = outputs.stage(&at("b.png"), |file| {
+        let full = outputs.write_aside(&at("b.png"), |file| {
             file.write_all(b"half")?;
             Err(ErrorKind::StorageFull.into())
         });
@@ -69,7 +69,7 @@ fn independent_outputs_are_written_without_those_that_cannot_be() {
         file.write_all(b"half")?;
         Err(ErrorKind::StorageFull.into())
     };
-    outputs.stage(&at("c.md"), full).unwrap();
+    outputs.write_aside(&at("c.md"), full).unwrap();
     outputs.text(&at("d.md"), "D").unwrap();
     fs::remove_dir_all(at("gone")).unwrap();
     let message = outputs.commit().unwrap_err().to_string();
