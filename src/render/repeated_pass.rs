@@ -52,6 +52,24 @@ impl Resources {
         Ok(is_last)
     }
 
+    /// Works without waiting for bricks: other voxels stand in for those that are missing, of which some are brought afterwards.
+    /// All passes of the work must have read the volume by [`run_slice`](Resources::run_slice) or
+    /// [`record_reading`](Resources::record_reading).
+    pub fn preview<T>(
+        &self,
+        frame: &mut Frame,
+        work: impl FnOnce(&mut Frame) -> Result<T>,
+    ) -> Result<T> {
+        let Some(bricks) = &self.bricks else {
+            return work(frame);
+        };
+        bricks.begin_preview();
+        let done = work(frame);
+        // Whatever has failed, other work waits for its bricks.
+        let ended = bricks.end_preview(frame, &self.volume);
+        done.and_then(|done| ended.map(|()| done))
+    }
+
     /// Runs all slices of a pass that reads the volume.
     pub fn run_in_slices<P: bytemuck::NoUninit>(
         &self,

@@ -174,7 +174,7 @@ impl ProgressivePicture {
             let batch = light::next_batch(engine);
             engine.set_slice_ms(FILLING_MS);
             if let Some(mut caching) = engine.caching() {
-                caching.advance(batch)?;
+                caching.advance_in_motion(batch)?;
             }
         }
         Ok(true)
@@ -193,6 +193,9 @@ impl ProgressivePicture {
 
     fn rest(&mut self, engine: &mut Engine) -> Result<()> {
         engine.reduce_to(engine.scene().render.size)?;
+        if let Some(mut caching) = engine.caching() {
+            caching.rest();
+        }
         self.marched_batches = None;
         self.doing = match engine.cache() {
             Some(_) => Doing::marching(),

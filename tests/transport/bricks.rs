@@ -359,6 +359,46 @@ fn previews_wait_for_nothing_and_end_as_the_exact_picture() {
     assert_silent(&device);
 }
 
+/// What is in sight, and how wrong the cache is, is found with the bricks that are there, and found anew once the camera rests.
+#[test]
+fn in_motion_a_cache_waits_for_no_brick() {
+    let (device, volume) = (device(), waves());
+    let layout = BrickLayout::with_side(8, volume.dims, 4000, &device.summary);
+    let gpu_scene = GpuScene::new(&scene(0.0, None), &volume, 1).with_bricks(Some(layout));
+    let occupancy = gpu_scene.occupancy(&volume);
+    let cache = CacheLayout::new(volume.dims, &occupancy, 0.5, CacheFormat::F32, 4096);
+    let gpu_scene = gpu_scene.with_cache(cache.expect("a layout"));
+    let renderer = || {
+        let memory = Memory::new(&device, BUDGET).expect("memory");
+        let scene = gpu_scene.clone();
+        let made = Renderer::with_shaders(&memory, &shaders(), &volume, scene);
+        let mut renderer = made.expect("a renderer");
+        renderer.set_slice_ms(0.0);
+        renderer
+    };
+    let loads = |renderer: &Renderer| renderer.brick_figures().expect("figures").loads;
+    let batch = Batch::Paths(next_batch_size(0));
+    let begin = |renderer: &mut Renderer, moves: bool| {
+        let mut caching = renderer.caching().expect("a cache");
+        caching.abandon();
+        if moves {
+            caching.advance_in_motion(batch)
+        } else {
+            caching.advance(batch)
+        }
+        .expect("a slice");
+        loads(renderer)
+    };
+    let (mut moved, mut rested) = (renderer(), renderer());
+    let at_rest = begin(&mut rested, false);
+    let in_motion = begin(&mut moved, true);
+    println!("{in_motion} bricks in motion, {at_rest} at rest");
+    assert!(3 * in_motion < 2 * at_rest);
+    moved.caching().expect("a cache").rest();
+    assert_eq!(begin(&mut moved, false), at_rest);
+    assert_silent(&device);
+}
+
 #[test]
 fn too_few_bricks_for_a_ray_are_an_error() {
     let (device, volume) = (device(), waves());

@@ -43,6 +43,19 @@ impl Caching<'_> {
         self.cache.advance(self.frame, self.r, batch)
     }
 
+    /// The same while the camera moves: waits for no brick of the volume. [`rest`](Caching::rest) has to follow.
+    pub fn advance_in_motion(&mut self, batch: Batch) -> Result<bool> {
+        self.cache.sight.in_motion = true;
+        let advanced = self.advance(batch);
+        self.cache.sight.in_motion = false;
+        advanced
+    }
+
+    /// The camera rests.
+    pub fn rest(&mut self) {
+        self.cache.sight.rest();
+    }
+
     /// Fills a cache without light with a guess, so that there is something to see until paths have replaced it.
     pub fn guess_light(&mut self) -> Result<()> {
         self.cache.guess(self.frame)
@@ -127,27 +140,18 @@ impl Caching<'_> {
     pub fn march_at_once(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
         *self.under_way = UnderWay::Nothing;
         let (r, cache, tone_map) = (&*self.r, &*self.cache, self.tone_map);
-        let admission = match &r.bricks {
-            Some(bricks) => {
-                bricks.begin_preview();
-                bricks.begin_pixels(self.frame)
-            }
-            None => Ok(Admission::of_slots()),
-        };
-        let marched = admission.and_then(|admission| {
-            self.frame.run(|recording| {
+        r.preview(self.frame, |frame| {
+            let admission = match &r.bricks {
+                Some(bricks) => bricks.begin_pixels(frame)?,
+                None => Admission::of_slots(),
+            };
+            frame.run(|recording| {
                 r.record_reading(recording, &admission, |recording| {
                     cache.record_march(recording, r)
                 })?;
                 tone_map.record(recording, &r.unit_sum, to, push)
             })
-        });
-        // Whatever has failed, other pictures wait for their bricks.
-        let ended = match &r.bricks {
-            Some(bricks) => bricks.end_preview(self.frame, &r.volume),
-            None => Ok(()),
-        };
-        marched.and(ended)
+        })
     }
 
     /// Encodes another picture for display, row 0 on top, which takes the place of the last march. A unit of samples under

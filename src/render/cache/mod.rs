@@ -268,7 +268,9 @@ impl Cache {
         self.work.lookups += u64::from(progress.lookups);
         self.work.paths += finished;
         if !progress.under_way {
-            let now = measure(frame, r, &self.memory, &self.ray_march)?;
+            let now = self.look(frame, r, |cache, frame| {
+                measure(frame, r, &cache.memory, &cache.ray_march)
+            })?;
             self.end_batch(batch, now);
         }
         let took = began.elapsed();
@@ -318,13 +320,29 @@ impl Cache {
         bricks.for_each(|brick| brick.squared_weight = 0);
         let stride = measured_stride(r).min(longest);
         let request = ray_march::for_weights(stride);
-        self.ray_march.march_for(frame, r, &self.memory, request)?;
+        self.look(frame, r, |cache, frame| {
+            cache.ray_march.march_for(frame, r, &cache.memory, request)
+        })?;
         let bricks = self.memory.bricks_mut().iter();
         let weights: Vec<u32> = bricks.map(|brick| brick.squared_weight).collect();
         let read: Vec<bool> = weights.iter().map(|&weight| weight > 0).collect();
         let in_sight = self.memory.layout.with_neighbours(&read);
         self.sight.focus.narrow(weights.into_iter(), &in_sight);
         Ok(())
+    }
+
+    /// Marches to learn about the view; while the camera moves, as a preview.
+    fn look<T>(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        march: impl FnOnce(&Self, &mut Frame) -> Result<T>,
+    ) -> Result<T> {
+        if !self.sight.in_motion {
+            return march(self, frame);
+        }
+        self.sight.view.is_preview |= r.bricks.is_some();
+        r.preview(frame, |frame| march(self, frame))
     }
 
     fn end_batch(&mut self, batch: Batch, now: Measured) {

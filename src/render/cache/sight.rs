@@ -16,6 +16,8 @@ pub struct Sight {
     pub is_wide: bool,
     /// The camera is about to move: no node is left without a path for long.
     pub roams: bool,
+    /// The camera moves: what is known of the view need not be exact, and waits for no brick of the volume.
+    pub in_motion: bool,
     pub view: ViewState,
 }
 
@@ -26,6 +28,8 @@ pub struct ViewState {
     pub(super) is_weighed: bool,
     /// The pictures by which the error was last measured, if it was.
     pub(super) measured: Option<Measured>,
+    /// Whether bricks of the volume may have been missing in that.
+    pub(super) is_preview: bool,
 }
 
 impl Sight {
@@ -35,7 +39,15 @@ impl Sight {
             stride: stride(scene),
             is_wide: false,
             roams: false,
+            in_motion: false,
             view: ViewState::default(),
+        }
+    }
+
+    /// The camera rests: what was found without missing bricks is to be found anew.
+    pub fn rest(&mut self) {
+        if self.view.is_preview {
+            self.view = ViewState::default();
         }
     }
 

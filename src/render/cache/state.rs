@@ -154,6 +154,7 @@ impl Caching<'_> {
         cache.sight.is_wide = state.is_wide;
         cache.sight.focus = focus;
         cache.sight.view = ViewState {
+            is_preview: false,
             is_weighed: state.is_weighed,
             measured: Measured::from_pictures(pictures),
         };
