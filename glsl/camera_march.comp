@@ -261,7 +261,7 @@ void main() {
     }
     count_samples();
     imageStore(unit_sum, texel, vec4(front.radiance, 1.0 - front.transmittance));
-    if (surface_count > 0u || has_rim_cubes) {
+    if (has_tails()) {
         tails.at[position] = front.tail;
     }
 }

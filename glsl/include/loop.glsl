@@ -4,7 +4,7 @@
 // Iterations of this thread's loops so far. They bound a dispatch, since they determine its time and lavapipe silently ends
 // every loop of a thread group after LAVAPIPE_ITERATIONS of them. Work that takes as long as several iterations, such as a
 // read of the volume or a search for surfaces in a cell, is counted as several. On a GPU, the last turn of a loop is not
-// counted: its number is a lower bound.
+// counted: the count is a lower bound.
 uint iterations = 0u;
 
 // The head of a loop that is left by `break` at its end. A CPU's driver executes the body as long as any lane of a vector

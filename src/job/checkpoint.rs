@@ -112,6 +112,7 @@ impl<'a> Keeper<'a> {
         let mut runs = found.state().map_or(Vec::new(), |state| state.runs.clone());
         runs.push(RunOf::begun_now(engine));
         fingerprints.fill = found.fill();
+        fingerprints.devices_before = found.devices();
         Ok(Keeper {
             path,
             fingerprints,
@@ -190,8 +191,11 @@ impl<'a> Keeper<'a> {
 
     /// To be called before each picture: `is_continued` if earlier runs may have begun it, on other devices.
     pub fn begin_picture(&mut self, is_continued: bool) {
-        let state = self.found.state().filter(|_| is_continued);
-        self.fingerprints.devices_before = state.map_or(Vec::new(), |s| s.header.devices.clone());
+        self.fingerprints.devices_before = if is_continued {
+            self.found.devices()
+        } else {
+            Vec::new()
+        };
     }
 
     /// Restores the picture under way. The engine's scene must be that of the picture.
@@ -333,13 +337,8 @@ impl<'a> Keeper<'a> {
         } else {
             format!("there is no {path}")
         };
-        let why = if interrupt::is_interrupted() {
-            "the interruption came"
-        } else {
-            "the time was over"
-        };
         say(format!(
-            "note: no checkpoint was written at the end, since {why} {moment}: {before}"
+            "note: no checkpoint was written at the end, since the interruption came {moment}: {before}"
         ));
     }
 

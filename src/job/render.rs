@@ -10,7 +10,7 @@ use super::preparation::{make_engine, open};
 use super::summary::{RenderedPicture, Summary, Taken};
 use super::views::{Saved, View, files, views};
 use crate::cli::RenderArgs;
-use crate::engine::{Engine, Host, Outcome, Run, Stop, Stopwatch, Tried};
+use crate::engine::{Engine, Host, Outcome, Run, Stop, StopReason, Stopwatch, Tried};
 use crate::error::{Error, Result};
 use crate::interrupt::{self, is_interrupted};
 use crate::output::progress::ProgressLine;
@@ -88,6 +88,8 @@ struct Render<'a> {
     earlier: Duration,
     /// Index of the picture under way: at first that of the checkpoint.
     under_way: usize,
+    /// Whether an interruption has cut the trial of variants or the filling of the cache.
+    is_cut: bool,
     /// How the picture that the engine has was begun; `None` before the first, and where the engine could not turn to one.
     beginning: Option<Beginning>,
 }
@@ -156,6 +158,7 @@ impl<'a> Render<'a> {
             fingerprints,
             earlier: earlier.took,
             under_way: keeper.as_ref().map_or(0, Keeper::picture),
+            is_cut: was_interrupted,
             beginning: None,
             keeper,
         })
@@ -177,6 +180,7 @@ impl<'a> Render<'a> {
         let is_enough = clock.time(FILL_CACHE, || {
             work.run(self.keeper.as_mut(), |run| engine.fill(run, pictures))
         })?;
+        self.is_cut |= !is_enough && is_interrupted();
         // A cache whose time is over gets no more paths either, even if that cut a batch.
         let has_light = engine
             .cache()
@@ -220,7 +224,15 @@ impl<'a> Render<'a> {
                 }
             }
         }
-        Ok((outputs, Taken { pictures, missing }))
+        let stopped = pictures.last().map(|picture| &picture.outcome.stopped);
+        let is_interrupted =
+            self.is_cut || missing.is_some() || stopped == Some(&StopReason::Interrupted);
+        let taken = Taken {
+            pictures,
+            missing,
+            is_interrupted,
+        };
+        Ok((outputs, taken))
     }
 
     /// Takes the picture with this index. Where an interruption prevents it, that is an error only if there are no others.

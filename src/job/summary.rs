@@ -27,6 +27,8 @@ pub struct Taken<'a> {
     pub pictures: Vec<RenderedPicture<'a>>,
     /// The number of the first picture of an orbit that an interruption has prevented.
     pub missing: Option<u32>,
+    /// Whether an interruption has ended the work before its time: a trial, the filling of the cache, or a picture.
+    pub is_interrupted: bool,
 }
 
 pub struct Summary<'a> {
@@ -40,7 +42,7 @@ pub struct Summary<'a> {
     counted: &'static str,
     /// As in [`Taken`].
     missing: Option<u32>,
-    /// Whether an interruption has ended the render before its time.
+    /// As in [`Taken`].
     is_interrupted: bool,
     /// The time that runs before this one have spent on these pictures.
     earlier: Duration,
@@ -62,7 +64,11 @@ impl<'a> Summary<'a> {
         taken: &Taken<'_>,
         stop: &Stop,
     ) -> Summary<'a> {
-        let Taken { pictures, missing } = taken;
+        let Taken {
+            pictures,
+            missing,
+            is_interrupted,
+        } = taken;
         let (first, last) = (&pictures[0], &pictures[pictures.len() - 1]);
         let earlier: Duration = pictures.iter().map(|picture| picture.earlier).sum();
         let mut stats = stats(args, clock, &engine, pictures, cache_goal(stop));
@@ -80,7 +86,7 @@ impl<'a> Summary<'a> {
                 render::Variant::Caching(_) | render::Variant::NonCaching => "samples per pixel",
             },
             missing: *missing,
-            is_interrupted: missing.is_some() || last.outcome.stopped == StopReason::Interrupted,
+            is_interrupted: *is_interrupted,
             earlier,
             restored_paths,
             memory: engine.memory_history(),

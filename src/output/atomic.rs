@@ -33,14 +33,14 @@ pub fn has_committed() -> bool {
 /// The outputs of a run before they get their final names.
 #[derive(Default)]
 pub struct Outputs {
-    aside: Vec<Aside>,
+    pending: Vec<Pending>,
     /// Whether each is worth having without the others.
     are_independent: bool,
     /// Why independent ones could not be written.
     lost: Vec<Error>,
 }
 
-struct Aside {
+struct Pending {
     /// The name that the user gave, for messages.
     path: PathBuf,
     target: Target,
@@ -102,14 +102,14 @@ impl Outputs {
         path: &Path,
         write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
     ) -> Result<()> {
-        let aside = Aside::write(path, write).map(|aside| self.aside.push(aside));
-        self.settle(aside)
+        let written = Pending::write(path, write).map(|file| self.pending.push(file));
+        self.settle(written)
     }
 
     /// Gives every file its final name.
     pub fn commit(mut self) -> Result<()> {
-        for aside in std::mem::take(&mut self.aside) {
-            let committed = aside.commit();
+        for file in std::mem::take(&mut self.pending) {
+            let committed = file.commit();
             self.settle(committed)?;
         }
         let mut lost = self.lost.into_iter();
@@ -132,11 +132,11 @@ impl Outputs {
     }
 }
 
-impl Aside {
+impl Pending {
     fn write(
         path: &Path,
         write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
-    ) -> Result<Aside> {
+    ) -> Result<Pending> {
         let (target, mut temporary) = open(path)?;
         let mut file = BufWriter::new(temporary.file.as_file_mut());
         write(&mut file)
@@ -145,7 +145,7 @@ impl Aside {
             .and_then(|()| file.get_ref().sync_all())
             .map_err(|error| Error::io(path, error))?;
         drop(file);
-        Ok(Aside {
+        Ok(Pending {
             path: path.to_owned(),
             target,
             temporary,

@@ -32,17 +32,17 @@ pub struct Stats {
     pub bricks: Option<BrickStats>,
     /// The views one by one; the first one includes the filling of the cache.
     pub views: Vec<ViewStats>,
-    /// `None` unless the render was continued from a checkpoint.
+    /// `None` if earlier runs have traced no paths for these pictures.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub continued: Option<Continued>,
 }
 
-/// What earlier runs of a render have done. Samples, paths and views count it as well; `wall_s`, stages, passes and bricks are of
-/// the last run alone.
+/// What earlier runs have done for the cache and the pictures of this run, whose samples, paths and views count it as well;
+/// `wall_s`, stages, passes and bricks are of this run alone.
 #[derive(Debug, Clone, Serialize)]
 pub struct Continued {
     pub paths: u64,
-    /// Time spent on the views.
+    /// Time spent on the pictures.
     pub wall_s: f64,
 }
 

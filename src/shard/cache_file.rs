@@ -61,7 +61,7 @@ pub struct About<'a> {
 
 impl CacheFile {
     /// Writes the state of the engine's cache beside a checkpoint, still under a temporary name, and returns the fingerprint of
-    /// its light; `None` if the engine has no cache. The cache must not be in the middle of a batch.
+    /// its light; `None` if the engine has no cache. In the middle of a batch, the cache must get no more paths.
     pub fn write_aside(
         checkpoint: &Path,
         engine: &mut Engine,

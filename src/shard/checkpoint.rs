@@ -224,6 +224,12 @@ impl Found {
         self.cache.as_ref().is_some_and(|c| c.header.is_filled)
     }
 
+    /// The devices and drivers that have rendered the picture under way.
+    pub fn devices(&self) -> Vec<String> {
+        self.state()
+            .map_or(Vec::new(), |state| state.header.devices.clone())
+    }
+
     /// The time that the filling of the cache has taken so far.
     pub fn filled_for(&self) -> Duration {
         let cache = self.cache.as_ref();

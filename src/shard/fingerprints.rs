@@ -9,7 +9,7 @@ use crate::render::{Caching, Sink, Sums};
 use crate::scene::Scene;
 use crate::scene::volume::Volume;
 
-/// Fingerprints that all pictures of a run have in common.
+/// What the headers of a run's pictures say that its engine does not know.
 pub struct Fingerprints {
     /// Fingerprint of the volume.
     pub volume: String,

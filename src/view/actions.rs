@@ -52,8 +52,10 @@ impl App<'_> {
             SceneAction::Undo => session.history.undo(&mut session.scene),
             SceneAction::Redo => session.history.redo(&mut session.scene),
             SceneAction::NextVariant => {
+                let render = &mut session.scene.render;
                 let failed = session.chosen.failed_variant.take();
-                return Ok(next_variant(&mut session.scene.render, failed));
+                let failed = failed.filter(|[_, shown]| *shown == render.variant);
+                return Ok(next_variant(render, failed.map(|[failed, _]| failed)));
             }
             SceneAction::SaveImage => {
                 let path = save::image(session, self.args.seed)?;

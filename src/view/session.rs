@@ -68,8 +68,8 @@ pub struct Chosen {
     pub sky_hue: Option<[f64; 3]>,
     /// The plane that the key C has made; it may have been removed.
     pub clip: Option<usize>,
-    /// The variant that was selected last, if it has failed and the one before is shown again.
-    pub failed_variant: Option<Variant>,
+    /// The variant that was selected last, if it has failed, and the one that is shown in its place.
+    pub failed_variant: Option<[Variant; 2]>,
     /// A drag on the picture turns the sun, where there is one, instead of the camera.
     pub aims_sun: bool,
 }
@@ -257,7 +257,8 @@ impl Session {
                     return Ok(None);
                 }
                 if ordered.render.variant != shown.render.variant {
-                    self.chosen.failed_variant = Some(ordered.render.variant);
+                    let variants = [&ordered, &shown].map(|scene| scene.render.variant);
+                    self.chosen.failed_variant = Some(variants);
                 }
                 self.scene = like(&shown, &self.scene);
                 self.history.retract(&self.scene);

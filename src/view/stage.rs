@@ -185,7 +185,7 @@ impl Stage {
     }
 
     /// Runs the user interface and prepares its drawing. Returns the time after which it has to run again.
-    /// Contents are run several times if a frame finds what happened in turn; the last run is drawn.
+    /// `contents` runs once for each of the [`turns`]; what the last run draws is shown.
     pub fn run_interface(&mut self, mut contents: impl FnMut(&mut Ui)) -> Result<Duration> {
         let mut output = FullOutput::default();
         for input in turns(self.input.take_egui_input(&self.window)) {

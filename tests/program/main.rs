@@ -1,5 +1,8 @@
 //! The program from outside: the real binary in a folder of its own, judged by its exit status, what
-//! it prints and the files that it leaves. Vulkan's validation layers watch every render.
+//! it prints and the files that it leaves. Vulkan's validation layers watch every render. The tests send
+//! signals and start shells: they are for Unix.
+
+#![cfg(unix)]
 
 #[path = "../support/dicom_files.rs"]
 mod dicom_files;

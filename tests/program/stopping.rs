@@ -139,6 +139,17 @@ fn ctrl_c_twice_at_once_is_one() {
     folder.exr("a.exr");
 }
 
+/// The sample that is taken all the same is all that was asked for, but the cache has not had its paths.
+#[test]
+fn a_filling_that_is_cut_is_interrupted_work() {
+    let folder = Folder::new();
+    let mut child = started(&folder, &format!("{CACHED} --size 256x256 --spp 1"));
+    read_until(&mut child, "cache: ");
+    send(Signal::INT, &child);
+    let rest = ends(child, 130);
+    assert!(rest.contains("stopped because of Ctrl-C"), "{rest}");
+}
+
 #[test]
 fn a_second_ctrl_c_ends_without_writing() {
     let folder = Folder::new();
@@ -232,7 +243,7 @@ fn the_time_holds_for_a_sample_without_end() {
 /// A render without end that fills a cache first.
 const CACHED: &str = "render ball.toml -o a.exr --variant caching --error 1e-9";
 
-/// So long nothing takes, on whatever machine.
+/// Nothing takes this long on any machine.
 pub const PATIENCE: Duration = Duration::from_secs(300);
 
 /// A program under way, and what it says.

@@ -396,6 +396,33 @@ fn in_motion_a_cache_waits_for_no_brick() {
     assert!(3 * in_motion < 2 * at_rest);
     moved.caching().expect("a cache").rest();
     assert_eq!(begin(&mut moved, false), at_rest);
+
+    // Two pictures tell the error of a cache, but not with voxels in the place of others.
+    let mut moved = renderer();
+    moved.set_slice_ms(20.0);
+    let error = |renderer: &Renderer| renderer.cache().expect("a cache").filling.relative_error;
+    for updates in [0, 1] {
+        let batch = Batch::Paths(next_batch_size(updates));
+        while !moved
+            .caching()
+            .expect("a cache")
+            .advance_in_motion(batch)
+            .expect("a slice")
+        {}
+    }
+    assert!(error(&moved).is_infinite());
+    moved.caching().expect("a cache").rest();
+    for updates in [2, 4] {
+        let batch = Batch::Paths(next_batch_size(updates));
+        assert!(
+            moved
+                .caching()
+                .expect("a cache")
+                .batch(batch, Until::NEVER)
+                .expect("a batch")
+        );
+    }
+    assert!(error(&moved).is_finite());
     assert_silent(&device);
 }
 

@@ -1,5 +1,7 @@
 //! The window from outside: the real program on a display of its own, steered by mouse and keys and
-//! judged by what it shows. Vulkan's validation layers watch.
+//! judged by what it shows. Vulkan's validation layers watch. Its display is one of X11: it is for Unix.
+
+#![cfg(unix)]
 
 #[path = "../support/curve.rs"]
 mod curve;

@@ -128,7 +128,7 @@ impl Subject {
         })
     }
 
-    /// Names of the pictures that are written at these times; a reference may be given.
+    /// Names of all pictures that a bench with these times may write of the subject.
     pub fn files(&self, seconds: &[Duration], has_reference: bool) -> Vec<String> {
         let of_entrant = |entrant: &Entrant| {
             let prefix = self.prefix_of(entrant);

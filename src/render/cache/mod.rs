@@ -349,8 +349,10 @@ impl Cache {
         self.under_way = None;
         self.is_blank = false;
         let filling = &mut self.filling;
+        // Where bricks were missing, pictures differ by that as well.
         if let Some(before) = &self.sight.view.measured
             && let Batch::Paths(paths) = batch
+            && !self.sight.view.is_preview
         {
             let had = history(filling.updates, self.memory.layout.gathers);
             [filling.relative_error, filling.error_at_rest] =

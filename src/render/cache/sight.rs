@@ -44,7 +44,7 @@ impl Sight {
         }
     }
 
-    /// The camera rests: what was found without missing bricks is to be found anew.
+    /// The camera rests: what was found while bricks may have been missing is to be found anew.
     pub fn rest(&mut self) {
         if self.view.is_preview {
             self.view = ViewState::default();

@@ -1,4 +1,4 @@
-//! The cache's state between two batches, on its way to a file and back: another renderer of the same scene continues
+//! The cache's state between two batches, or after the last, on its way to a file and back: another renderer of the same scene continues
 //! from it as if nothing had happened.
 //!
 //! Large parts stream through the staging buffer, piece by piece: first the light, then what each brick has had, then
@@ -97,7 +97,7 @@ impl Caching<'_> {
         Ok(())
     }
 
-    /// Streams what follows the light in the cache's state. The cache must not be in the middle of a batch.
+    /// Streams what follows the light in the cache's state. In the middle of a batch, the cache must get no more paths.
     pub fn save_rest(&mut self, sink: &mut Sink<'_>) -> Result<CacheState> {
         let Sight { focus, view, .. } = &self.cache.sight;
         let shares: Vec<u8> = focus.shares.iter().map(|share| share.byte()).collect();

@@ -50,9 +50,7 @@ impl SceneFile {
             None => Ok(settings),
         }
     }
-}
 
-impl SceneFile {
     /// Adds a note for each key of the cache that is set where there is no cache.
     pub(super) fn note_idle_cache_keys(&self, notes: &mut Vec<String>) {
         let table = &self.render;
