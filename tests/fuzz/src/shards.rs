@@ -103,7 +103,8 @@ fn exr(header: &Value, is_quick: bool) -> Vec<u8> {
     let picture = Picture {
         width,
         height,
-        rgb: vec![[0.5; 3]; pixels],
+        // Where the picture is not the mean, the file holds both.
+        rgb: vec![[if is_quick { 0.5 } else { 0.0 }; 3]; pixels],
         alpha: None,
         stderr: vec![[0.1; 3]; pixels],
         albedo: vec![[0.0; 3]; pixels],
