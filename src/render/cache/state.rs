@@ -1,5 +1,5 @@
-//! The cache's state between two batches, or after the last, on its way to a file and back: another renderer of the same scene continues
-//! from it as if nothing had happened.
+//! The cache's state between two batches, or after the last, on its way to a file and back: another renderer of the same
+//! scene continues from it as if nothing had happened.
 //!
 //! Large parts stream through the staging buffer, piece by piece: first the light, then what each brick has had, then
 //! the last measurement. Their size follows from the cache's layout and from [`CacheState`].
