@@ -92,12 +92,12 @@ mod picture;
 mod planning;
 mod published;
 mod renderer;
-mod repeated_pass;
 mod resources;
 pub mod shared;
 mod until;
 mod upload;
 mod variant;
+mod volume_reading;
 
 pub use bricks::{BrickFigures, needed_bricks};
 pub use cache::{
@@ -116,3 +116,4 @@ pub use renderer::Renderer;
 pub use resources::{Resources, TRANSFER_FUNCTION, UNIT_SUM, VOLUME};
 pub use until::Until;
 pub use variant::Variant;
+pub use volume_reading::ReadingSlices;

@@ -11,8 +11,8 @@ use std::time::{Duration, Instant};
 use super::light;
 use crate::engine::{Engine, Picture, Refinement, UNITS_TO_TRUST, sixteenth};
 use crate::error::Result;
-use crate::gpu::{Image, Slices};
-use crate::render::{Film, RAYS_PER_PIXEL, ToneMapPush};
+use crate::gpu::Image;
+use crate::render::{Film, RAYS_PER_PIXEL, ReadingSlices, ToneMapPush, Until};
 use crate::scene::Tone;
 
 /// Time that a picture in motion should take.
@@ -59,7 +59,10 @@ pub struct ProgressivePicture {
 
 enum Doing {
     Moving,
-    Marching { slices: Slices, began: Instant },
+    Marching {
+        slices: ReadingSlices,
+        began: Instant,
+    },
     Filling,
     Refining,
     Nothing,
@@ -240,7 +243,7 @@ impl ProgressivePicture {
         let batch = light::next_batch(engine);
         engine.set_slice_ms(RESTING_MS);
         let ended = match engine.caching() {
-            Some(mut caching) => caching.advance(batch)?,
+            Some(mut caching) => caching.advance(batch, Until::NEVER)?,
             None => true,
         };
         let due = self.marched_in.mul_f64(MARCH_SHARE);
@@ -365,7 +368,7 @@ impl ProgressivePicture {
 impl Doing {
     fn marching() -> Doing {
         Doing::Marching {
-            slices: Slices::new(RESTING_MS),
+            slices: ReadingSlices::new(RESTING_MS),
             began: Instant::now(),
         }
     }

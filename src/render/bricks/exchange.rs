@@ -33,7 +33,7 @@ pub struct Exchange {
     pub previews: bool,
     /// The value that a pixel or a brick of the cache gets in `done` once it is done in the work under way; 0 before any
     /// work.
-    done_mark: u32,
+    pub done_mark: u32,
     /// What the last dispatch has reported.
     pub report: Streaming,
 }

@@ -194,6 +194,11 @@ impl VolumeBricks {
         }))
     }
 
+    /// The mark that invocations get once they are done in the work that was begun last.
+    pub fn done_mark(&self) -> u32 {
+        self.state.borrow().exchange.done_mark
+    }
+
     /// Sets the time that bringing bricks may take between two dispatches from now on.
     pub fn set_slice_ms(&self, ms: f64) {
         self.state.borrow_mut().loader.time_limit = Duration::from_secs_f64(ms / 1e3);

@@ -3,13 +3,14 @@
 use super::sight::ViewState;
 use super::{Batch, Cache};
 use crate::error::Result;
-use crate::gpu::{Frame, Image, SLICE_MS, Slices};
+use crate::gpu::{Frame, Image, SLICE_MS};
 use crate::render::bricks::Admission;
 use crate::render::copy;
 use crate::render::picture::tone_map::{ToneMap, ToneMapPush};
 use crate::render::picture::under_way::UnderWay;
 use crate::render::resources::Resources;
 use crate::render::until::Until;
+use crate::render::volume_reading::ReadingSlices;
 
 /// A renderer of the caching variant, borrowed for its cache.
 pub struct Caching<'a> {
@@ -30,23 +31,24 @@ impl Caching<'_> {
             if until.is_over() {
                 return Ok(false);
             }
-            if self.advance(batch)? {
+            if self.advance(batch, until)? {
                 return Ok(true);
             }
         }
     }
 
     /// Goes on with a batch for a slice of time, or begins one. Returns whether it has ended, and been measured. The
-    /// picture under way is lost.
-    pub fn advance(&mut self, batch: Batch) -> Result<bool> {
+    /// picture under way is lost. Where the volume streams, to begin and to measure takes as long as bricks take to come, unless
+    /// `until` comes before.
+    pub fn advance<'a>(&mut self, batch: Batch, until: impl Into<Until<'a>>) -> Result<bool> {
         *self.under_way = UnderWay::Nothing;
-        self.cache.advance(self.frame, self.r, batch)
+        self.cache.advance(self.frame, self.r, batch, until.into())
     }
 
     /// The same while the camera moves: waits for no brick of the volume. [`rest`](Caching::rest) has to follow.
     pub fn advance_in_motion(&mut self, batch: Batch) -> Result<bool> {
         self.cache.sight.in_motion = true;
-        let advanced = self.advance(batch);
+        let advanced = self.advance(batch, Until::NEVER);
         self.cache.sight.in_motion = false;
         advanced
     }
@@ -112,7 +114,7 @@ impl Caching<'_> {
 
     /// Marches another ray of each pixel, and adds it to the mean of those before.
     pub fn march_another_ray(&mut self) -> Result<()> {
-        let mut slices = Slices::new(SLICE_MS);
+        let mut slices = ReadingSlices::new(SLICE_MS);
         while !self.advance_march(&mut slices)? {}
         Ok(())
     }
@@ -127,7 +129,7 @@ impl Caching<'_> {
 
     /// Marches a slice of another ray of each pixel, and adds it to the mean of those before. Returns whether the slice
     /// was the last. A unit of samples under way is lost.
-    pub fn advance_march(&mut self, slices: &mut Slices) -> Result<bool> {
+    pub fn advance_march(&mut self, slices: &mut ReadingSlices) -> Result<bool> {
         let rays = self.rays();
         *self.under_way = UnderWay::Rays(rays);
         let has_ended = self.cache.march(self.frame, self.r, rays, slices)?;

@@ -4,11 +4,12 @@ use super::memory::CacheMemory;
 use super::tail_tracking::TailTracking;
 use crate::error::Result;
 use crate::gpu::types::*;
-use crate::gpu::{Binding, Frame, Pass, SLICE_MS, Slices};
+use crate::gpu::{Binding, Frame, Pass, SLICE_MS};
 use crate::render::bricks::Items;
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::picture::bundle::{Bundle, BundleProgress};
 use crate::render::resources::Resources;
+use crate::render::volume_reading::ReadingSlices;
 use crate::shared;
 
 shared! {
@@ -22,7 +23,7 @@ pub struct CameraMarch {
     pass: Pass,
     /// `None` where no light can be left to paths.
     tails: Option<Tails>,
-    slices: Slices,
+    slices: ReadingSlices,
     /// Pixels, in the order of work, that have all of their units.
     pixels: u32,
     stage: Stage,
@@ -61,7 +62,7 @@ impl CameraMarch {
                 tracking,
                 left_share: 1.0,
             }),
-            slices: Slices::new(SLICE_MS),
+            slices: ReadingSlices::new(SLICE_MS),
             pixels: 0,
             stage: Stage::March,
         })

@@ -15,6 +15,7 @@ use crate::gpu::Frame;
 use crate::render::copy;
 use crate::render::picture::mean_square;
 use crate::render::resources::Resources;
+use crate::render::until::Until;
 
 /// Pixels along the picture's longer side on which the error is measured, approximately.
 const MEASURED_PIXELS: u32 = 64;
@@ -51,27 +52,34 @@ impl Measured {
     }
 }
 
-/// Measures with the cache as it is now; `unit_sum` is overwritten.
+/// Measures with the cache as it is now; `unit_sum` is overwritten. `None` if `until` comes before the end.
 pub fn measure(
     frame: &mut Frame,
     r: &Resources,
     memory: &CacheMemory,
     ray_march: &RayMarch,
-) -> Result<Measured> {
+    until: Until<'_>,
+) -> Result<Option<Measured>> {
     let stride = measured_stride(r);
     let measured = r.size.map(|n| n.div_ceil(stride));
     let mut march = |request| {
-        ray_march.march_for(frame, r, memory, request)?;
-        copy::download_picture(frame, &r.staging, &r.unit_sum, measured)
+        if !ray_march.march_for(frame, r, memory, request, until)? {
+            return Ok(None);
+        }
+        copy::download_picture(frame, &r.staging, &r.unit_sum, measured).map(Some)
     };
-    Ok(Measured {
-        shown: march(ray_march::for_error(stride))?,
-        at_rest: if memory.features.leaves_cubes_to_paths() {
-            Some(march(ray_march::for_error_at_rest(stride))?)
-        } else {
-            None
-        },
-    })
+    let Some(shown) = march(ray_march::for_error(stride))? else {
+        return Ok(None);
+    };
+    if !memory.features.leaves_cubes_to_paths() {
+        let at_rest = None;
+        return Ok(Some(Measured { shown, at_rest }));
+    }
+    let at_rest = march(ray_march::for_error_at_rest(stride))?;
+    Ok(at_rest.map(|at_rest| Measured {
+        shown,
+        at_rest: Some(at_rest),
+    }))
 }
 
 /// rms(standard error)/mean of the pictures `now`, after nodes with `history` paths have got `batch` more: of what the cache

@@ -43,8 +43,10 @@ use super::parts::{Changes, Derived};
 use super::pass_compiler::PassCompiler;
 use super::picture::bundle::{Bundle, BundleProgress};
 use super::resources::Resources;
+use super::until::Until;
+use super::volume_reading::ReadingSlices;
 use crate::error::Result;
-use crate::gpu::{Frame, Recording, Slices};
+use crate::gpu::{Frame, Recording};
 use at_rest::AtRest;
 use cut_cubes::CutCubes;
 use error::{Measured, measure, measured_stride, relative_errors};
@@ -240,22 +242,32 @@ impl Cache {
 
     /// Runs a few steps of a batch and of a unit for a trial; the next ones begin anew.
     pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
-        self.weigh_bricks(frame, r)?;
+        self.weigh_bricks(frame, r, Until::NEVER)?;
         self.begin_batch(frame, r, Batch::Paths(1))?;
         self.abandon();
         self.tracking.advance(frame, r, &mut self.memory)?;
         let request = ray_march::for_error(1);
-        self.ray_march.march_for(frame, r, &self.memory, request)?;
+        self.ray_march
+            .march_for(frame, r, &self.memory, request, Until::NEVER)?;
         self.at_rest.warm_up(frame, r, &self.memory)?;
         self.sample(frame, r, Bundle::TRIAL).map(drop)
     }
 
     /// Goes on with the batch under way for about the target time of a dispatch, or begins this one. To catch up may take two
-    /// batches. Returns whether the batch has ended and its error has been measured.
-    pub fn advance(&mut self, frame: &mut Frame, r: &Resources, batch: Batch) -> Result<bool> {
+    /// batches. Returns whether the batch has ended and its error has been measured; the batch is abandoned if `until` comes
+    /// while one of these waits for bricks of the volume.
+    pub fn advance(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        batch: Batch,
+        until: Until<'_>,
+    ) -> Result<bool> {
         let began = Instant::now();
         if self.under_way.is_none() {
-            self.weigh_bricks(frame, r)?;
+            if !self.weigh_bricks(frame, r, until)? {
+                return Ok(false);
+            }
             if batch == Batch::CatchUp && self.is_caught_up() {
                 return Ok(true);
             }
@@ -269,8 +281,12 @@ impl Cache {
         self.work.paths += finished;
         if !progress.under_way {
             let now = self.look(frame, r, |cache, frame| {
-                measure(frame, r, &cache.memory, &cache.ray_march)
+                measure(frame, r, &cache.memory, &cache.ray_march, until)
             })?;
+            let Some(now) = now else {
+                self.abandon();
+                return Ok(false);
+            };
             self.end_batch(batch, now);
         }
         let took = began.elapsed();
@@ -298,10 +314,10 @@ impl Cache {
         self.tracking.begin(frame, r, &mut self.memory, lacks)
     }
 
-    /// Finds out which nodes are in sight, unless that is known.
-    fn weigh_bricks(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+    /// Finds out which nodes are in sight, unless that is known. Returns whether it is then: `until` has not come before.
+    fn weigh_bricks(&mut self, frame: &mut Frame, r: &Resources, until: Until<'_>) -> Result<bool> {
         if self.sight.view.is_weighed {
-            return Ok(());
+            return Ok(true);
         }
         if self.filling.updates == 0 {
             // The light of an older scene is not marked as a guess, and must not be read.
@@ -311,24 +327,30 @@ impl Cache {
                 self.sight.roams.then(|| next_batch_size(0) + 1)
             };
         }
-        self.sight.view.is_weighed = true;
         let Some(longest) = self.sight.weighing_stride() else {
             self.sight.focus.widen();
-            return Ok(());
+            self.sight.view.is_weighed = true;
+            return Ok(true);
         };
         let bricks = self.memory.bricks_mut().iter_mut();
         bricks.for_each(|brick| brick.squared_weight = 0);
         let stride = measured_stride(r).min(longest);
         let request = ray_march::for_weights(stride);
-        self.look(frame, r, |cache, frame| {
-            cache.ray_march.march_for(frame, r, &cache.memory, request)
+        let are_weighed = self.look(frame, r, |cache, frame| {
+            cache
+                .ray_march
+                .march_for(frame, r, &cache.memory, request, until)
         })?;
+        if !are_weighed {
+            return Ok(false);
+        }
         let bricks = self.memory.bricks_mut().iter();
         let weights: Vec<u32> = bricks.map(|brick| brick.squared_weight).collect();
         let read: Vec<bool> = weights.iter().map(|&weight| weight > 0).collect();
         let in_sight = self.memory.layout.with_neighbours(&read);
         self.sight.focus.narrow(weights.into_iter(), &in_sight);
-        Ok(())
+        self.sight.view.is_weighed = true;
+        Ok(true)
     }
 
     /// Marches to learn about the view; while the camera moves, as a preview.
@@ -380,7 +402,7 @@ impl Cache {
         frame: &mut Frame,
         r: &Resources,
         rays: u32,
-        slices: &mut Slices,
+        slices: &mut ReadingSlices,
     ) -> Result<bool> {
         self.ray_march.advance(frame, r, &self.memory, rays, slices)
     }

@@ -3,10 +3,12 @@
 use super::memory::CacheMemory;
 use crate::error::Result;
 use crate::gpu::types::*;
-use crate::gpu::{Binding, Frame, Pass, Recording, SLICE_MS, Slices};
+use crate::gpu::{Binding, Frame, Pass, Recording, SLICE_MS};
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::resources::Resources;
 use crate::render::shared::{MARCH_AT_REST, MARCH_CACHED, MARCH_PICTURE};
+use crate::render::until::Until;
+use crate::render::volume_reading::ReadingSlices;
 use crate::shared;
 
 shared! {
@@ -76,7 +78,7 @@ impl RayMarch {
         r: &Resources,
         cache: &CacheMemory,
         rays_before: u32,
-        slices: &mut Slices,
+        slices: &mut ReadingSlices,
     ) -> Result<bool> {
         let push = MarchPush {
             point: point_in_pixel(rays_before),
@@ -87,17 +89,22 @@ impl RayMarch {
     }
 
     /// Marches every `stride`-th pixel for `request` (`for_error`, `for_weights`); the answer is in the corner of
-    /// `unit_sum`, or in the bricks.
+    /// `unit_sum`, or in the bricks. Returns whether there is one: `until` has not come before.
     pub fn march_for(
         &self,
         frame: &mut Frame,
         r: &Resources,
         cache: &CacheMemory,
         request: MarchPush,
-    ) -> Result<()> {
-        let mut slices = Slices::new(SLICE_MS);
-        while !self.slice(frame, r, cache, &request, &mut slices)? {}
-        Ok(())
+        until: Until<'_>,
+    ) -> Result<bool> {
+        let mut slices = ReadingSlices::new(SLICE_MS);
+        while !self.slice(frame, r, cache, &request, &mut slices)? {
+            if until.is_over() {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// Marches the next slice, and states its work. Returns whether it was the last.
@@ -107,7 +114,7 @@ impl RayMarch {
         r: &Resources,
         cache: &CacheMemory,
         push: &MarchPush,
-        slices: &mut Slices,
+        slices: &mut ReadingSlices,
     ) -> Result<bool> {
         let [width, height] = r.size.map(|n| n.div_ceil(push.stride));
         let threads = [width, height, 1];
