@@ -76,6 +76,13 @@ impl Engine {
     /// Goes on with a scene for which there are passes and memory.
     fn adopt(&mut self, scene: &Scene, next: GpuScene) -> Result<Changed> {
         let has_new_layout = next.variant != self.full.variant;
+        let mut lasts = true;
+        if has_new_layout && pixels(&next) > pixels(&self.full) {
+            // A cache that shrinks gives way before the picture grows: the budget may not hold both.
+            lasts = self
+                .renderer
+                .change(&next.reduced_to(self.renderer.size()))?;
+        }
         // A picture that is smaller than the scene's for a while stays so.
         let size = if next.parts.view.size == self.full.parts.view.size {
             self.renderer.size()
@@ -87,7 +94,7 @@ impl Engine {
         self.full = next;
         self.samples_ahead = None;
         self.seconds_per_sample = f64::INFINITY;
-        let lasts = self.renderer.change(&self.full.reduced_to(size))?;
+        lasts &= self.renderer.change(&self.full.reduced_to(size))?;
         if has_new_layout && let Some(mut caching) = self.renderer.caching() {
             caching.guess_light()?;
         }
@@ -142,4 +149,8 @@ impl Engine {
         }
         Ok(())
     }
+}
+
+fn pixels(scene: &GpuScene) -> u64 {
+    scene.parts.view.size.map(u64::from).iter().product()
 }

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use isolume::engine::{Changed, Engine, Host, HostOptions, Limit};
 use isolume::gpu::{Device, Memory};
 use isolume::render::{Batch, GpuScene, Renderer, Until};
 use isolume::scene::*;
 
-use crate::memory_plan::{F16, F32, Kind, Rung, clay, name, plan, scene, sparse};
+use crate::memory_plan::{F16, F32, Kind, Rung, clay, dense, name, plan, scene, sparse};
 
 fn assert_exact(device: &Arc<Device>, surfaces: Option<LightModel>, g: f64, rung: Rung) {
     let volume = sparse(25, Kind::U16);
@@ -100,4 +101,46 @@ fn a_render_takes_what_was_planned() {
         assert_exact(&device, surfaces, g, rung);
     }
     crate::support::common::assert_silent(&device);
+}
+
+/// One edit makes the picture larger and the cache smaller, and another takes it back: what shrinks makes room for what grows.
+#[test]
+fn an_edit_stays_within_the_budget_all_the_way() {
+    let volume = dense(48, Kind::U8);
+    let scene = |size: [u32; 2], offset: f64| {
+        let mut scene = scene();
+        scene.render.size = size;
+        scene.render.variant = Variant::Caching;
+        scene.render.cache_scale = CacheScale::Fixed(1.0);
+        scene.render.cache_format = F32;
+        scene.clips.push(ClipPlane {
+            normal: [1.0, 0.0, 0.0],
+            offset,
+        });
+        scene
+    };
+    let of_the_volume = scene([16, 16], 100.0);
+    let of_the_picture = scene([256, 192], -20.0);
+    let host = |bytes: u64| {
+        let options = HostOptions {
+            vram_budget: Some(Limit::Bytes(bytes)),
+            validation: true,
+            ..HostOptions::default()
+        };
+        Host::open(&options).expect("a Vulkan device and the validation layers")
+    };
+    let planned = |scene: &Scene| {
+        let engine = Engine::new(&host(1 << 30), &volume, scene, 1).expect("an engine");
+        engine.memory_stats().planned_bytes
+    };
+    let budget = planned(&of_the_volume).max(planned(&of_the_picture));
+    let host = host(budget);
+    let mut engine = Engine::new(&host, &volume, &of_the_volume, 1).expect("an engine");
+    for edited in [&of_the_picture, &of_the_volume, &of_the_picture] {
+        let changed = engine.change_in_place(edited).expect("room for the edit");
+        assert_eq!(changed, Changed::Light);
+    }
+    assert!(engine.memory_stats().peak_bytes <= budget);
+    drop(engine);
+    host.check_validation().expect("silence");
 }
