@@ -4,6 +4,7 @@
 mod batches;
 mod budget;
 mod change;
+mod estimates;
 pub mod figures;
 mod filling;
 mod first_samples;

@@ -5,16 +5,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::Engine;
+use super::estimates::Estimates;
 use super::schedule::{next_unit, units_together};
 use super::stop::{Sampled, Stop, StopReason, with_delay};
 use super::stopwatch::{Stopwatch, after};
 use crate::error::{Error, Lacking, Result};
 use crate::render::{Film, Until};
-
-/// The least time between two looks at the error for progress alone, where no stop depends on it, and that time as a
-/// multiple of what a look takes: a picture has to be downloaded for it.
-const TIME_TO_LOOK: Duration = Duration::from_millis(500);
-const LOOKS_TO_WAIT: u32 = 20;
 
 /// A function that is called between two pieces of work.
 pub type Between<'a> = &'a mut dyn FnMut(&mut Engine) -> Result<()>;
@@ -93,7 +89,7 @@ impl Engine {
                 _ => f64::INFINITY,
             },
         };
-        let mut next_look = so_far.took + TIME_TO_LOOK;
+        let mut estimates = Estimates::from(so_far.took);
         let stopped = loop {
             if let Some(reason) = run.stop.reason(&so_far) {
                 break reason;
@@ -111,11 +107,11 @@ impl Engine {
             so_far.samples = self.renderer.totals().samples;
             so_far.units = self.renderer.totals().units;
             so_far.took = watch.elapsed();
-            if run.stop.may_end_by_error(so_far.units) || so_far.took >= next_look {
+            if estimates.is_due(&run.stop, &so_far) {
                 so_far.relative_error = self.sure_error()?;
-                let look = watch.elapsed() - so_far.took;
-                so_far.took += look;
-                next_look = so_far.took + TIME_TO_LOOK.max(LOOKS_TO_WAIT * look);
+                let estimate = watch.elapsed() - so_far.took;
+                so_far.took += estimate;
+                estimates.made(&run.stop, &so_far, estimate);
             }
             let taken = f64::from(so_far.samples - totals.samples);
             so_far.seconds_per_sample = (so_far.took - before).as_secs_f64() / taken;
