@@ -103,7 +103,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
                 front.transmittance -= weight;
                 take(taken, weight, s.albedo, mean_collision(s));
                 bvec4 here = reservoirs_that_take(weight, front.taken + taken.weight, u.x);
-                // Not their middles: the suns' light may fall steeply within a step.
+                // Sampled points and not the steps' midpoints, since the suns' transmittance may fall steeply within a step.
                 vec4 points = sample_collisions(s, fract(u.z + QUARTERS));
                 picked_t = mix(picked_t, points, here);
                 is_picked = mix(is_picked, here, here);
@@ -115,7 +115,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
                 if (has_tails()) {
                     bool is_tail = u.y * taken.weight < weight;
                     tail_t = is_tail ? points.x : tail_t;
-                    // The step's own: the colour at that point may be one at which opacity is 0.
+                    // The step's mean albedo: the transfer function's colour at the picked point may belong to opacity 0.
                     tail_albedo = is_tail ? s.albedo : tail_albedo;
                 }
                 if (front.transmittance < ROULETTE_BELOW) {
@@ -129,7 +129,8 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
             }
             Cube cube = cube_taken(taken, ray);
             CachedLight light = read_cache(cube);
-            // A surface hides nodes from the rays that tell what is in sight, but not from all of a pixel's.
+            // Which nodes are in sight is measured with few rays; another ray may pass beside a surface that stops these,
+            // and read a node that was not in sight, whose light is a guess.
             if (is_left_to_paths(cube) || has_tails() && !light.known) {
                 leave_to_paths(front, Tail(tail_t, taken.weight, COLLISION, packed_albedo(tail_albedo)), random);
             } else {

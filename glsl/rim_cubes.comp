@@ -18,8 +18,8 @@
 const uint WORDS_A_BRICK = RIM_WORDS;
 #include "cube_bits.glsl"
 
-// Axes along which the medium is meant to have no end: the box is a slab, so wide that light from its sides hardly matters, and
-// has so few nodes along them that the slab's middle is in cubes at its sides.
+// Axes along which the box stands for an infinite slab: it is at least 20 times as wide as thick, so that light through its
+// side faces hardly matters, and has at most three nodes, so that every cube touches a side face.
 bvec3 endless_axes() {
     const uint FEW = 3u;
     const float WIDE = 20.0; // times as wide as the slab is thick
@@ -93,7 +93,7 @@ uint marks_of(ivec3 cube) {
     if (!may_jump(sigma_t)) {
         return NOTHING_MARKED;
     }
-    // The last of them are the first of the next cube.
+    // Voxels beyond the first ones of the next cube belong to that cube as well, and are tested there.
     Voxels voxels = voxels_of(cube);
     voxels.high = mix(voxels_of(cube + 1).low, voxels.high, span.ends);
     bool jumps = may_jump(sigma_t_range(range_of_voxels(voxels))) && has_jump(voxels, least_jump());

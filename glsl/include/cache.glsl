@@ -151,8 +151,8 @@ CachedLight read_cache(Cube cube) {
 const float LARGEST_F16 = 65504.0;
 
 // Rounds mantissas to the 10 bits of a 16-bit float, to nearest even, since a device's own conversion may round towards
-// zero. (Denormals are left to that conversion.) A node's first few paths may bring more than fits, where the phase
-// function is very narrow: infinite light would never fade.
+// zero. (Denormals are left to that conversion.) Values are clamped to the largest 16-bit float: with a very narrow phase
+// function a node's first paths can exceed it, and an infinity would stay in the running mean for ever.
 vec4 rounded(vec4 x) {
     if (!cache_is_f16) {
         return x;

@@ -22,8 +22,8 @@ vec2 extrema(vec4 c) {
     return clamp(vec2(min(one, two), max(one, two)), 0.0, 1.0);
 }
 
-// A root's error, as a share of a cell, that rounding to 32 bits allows; and more rounds than halving a bracket takes to
-// come down to it.
+// The root is refined to this fraction of a cell, the rounding of 32-bit floats; MOST_ROUNDS exceeds the 24 bisections that
+// this takes.
 const float ROOT_ERROR = 1e-7;
 const int MOST_ROUNDS = 40;
 

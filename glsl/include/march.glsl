@@ -190,8 +190,8 @@ Medium medium_in_step(Ray ray, float from, inout Classified begin, inout March m
         is_straight = true;
     }
     march.t = from + part * (march.t - from);
-    // The step before may have ended a little short of a plateau's value, and so on the other side of a step of the transfer
-    // function.
+    // Through rounding, the previous step may have ended just off a plateau's value, on the other side of a discontinuity of
+    // the transfer function: both ends of this step get the plateau's class.
     bool begins_in_cell = !is_in_motion() || all(lessThan(abs(middle - cell - half_way - 0.5), vec3(0.501)));
     if (begins_in_cell && is_plateau(corners)) {
         begin.point = march.end.point;

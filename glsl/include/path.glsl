@@ -58,7 +58,7 @@ void begin_path(inout Path path) {
     path.pdf = NO_MIS;
     path.inside = 0u;
     path.surface = NOTHING;
-    // The majorant of a path's block is read before it is known whether the path goes on.
+    // Any valid block: `begin_tracking` reads its majorant even if the flight is empty.
     path.block = ivec3(0);
 }
 

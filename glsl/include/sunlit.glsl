@@ -9,8 +9,9 @@
 #include "ray.glsl"
 #include "surface.glsl"
 
-// Loop iterations after which a ray's marches to suns are left out: through noise, a ray crosses a surface hundreds of times.
-// On a CPU, eight threads may have to share lavapipe's; on a GPU, they bound the time of a dispatch.
+// Loop iterations of a ray after which it marches to no more suns: in noisy data a ray may cross a surface hundreds of
+// times. On a CPU, an eighth of the iterations after which lavapipe ends a loop, since eight threads may share that count;
+// on a GPU, the limit bounds the time of a dispatch.
 #ifdef IS_SOFTWARE
 const uint ITERATIONS_FOR_SUNS = LAVAPIPE_ITERATIONS / 8u;
 #else

@@ -35,8 +35,8 @@ bool is_needed() {
     return asks_ahead || !is_void;
 }
 
-// Counts another request for a brick that has had so many. A million are as good as more, and a count must not look like a
-// page.
+// Counts another request for a brick whose page shows `requests` so far. The count stops growing near 2²⁰, so that it cannot
+// reach the flag bits of a page.
 void request(uint brick, uint requests) {
     const uint MOST = 1u << 20;
     if (requests < MOST) {
@@ -73,7 +73,7 @@ ivec3 to_texel(ivec3 voxel) {
     return place * (side + 1) - position * side;
 }
 
-// Everything that was void has been undone.
+// To be called once every result that used a missing voxel has been undone.
 void clear_void() {
     is_void = false;
 }

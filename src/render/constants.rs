@@ -54,11 +54,13 @@ constants! {
     /// If the optical depth of a voxel at the majorant exceeds this, the steps of a march adapt to the extinction that is
     /// found along the ray, instead of to the majorant (march.glsl).
     pub const DENSE_DEPTH: f32 as float = 2.0;
-    /// Bins of values for which it is known which points of the transfer function matter.
+    /// Number of equal bins of stored values; for each, a table lists the transfer function's points that a lookup in it may
+    /// need (parts/transfer_table.rs).
     pub const TRANSFER_BINS: u32 as int = 512;
     /// Patches along either side of the picture, however many pixels it has.
     pub const PATCHES: u32 as int = 32;
-    /// In the place of a surface's index: the sky, or a collision in the medium.
+    /// Stand in for a surface's index as the event that ends a flight: `NOTHING`, the ray leaves the clipped box;
+    /// `COLLISION`, it collides in the medium. As the surface on which a ray starts, `NOTHING` means none.
     pub const NOTHING: i32 as int = -1;
     pub const COLLISION: i32 as int = -2;
     pub const SHADING_LAMBERT: u32 as uint = 0;
@@ -75,7 +77,8 @@ constants! {
     /// Searches for surfaces that a path has put off: its shadow ray's, which comes first, and its flight's.
     pub const SEARCH_SHADOW: u32 as uint = 1;
     pub const SEARCH_FLIGHT: u32 as uint = 2;
-    /// The page table's entry of a brick without memory. Its bits for a place are those of the first place.
+    /// Page-table entry of a cache brick without memory. Its place bits are zero, so that a read through it reads the first
+    /// place.
     pub const NO_PLACE: u32 as uint = 0x8000_0000;
     /// The page of a volume brick that is on the GPU, and of one that has been read there lately.
     pub const PAGE_RESIDENT: u32 as uint = 0x8000_0000;
@@ -88,7 +91,7 @@ constants! {
     pub const FILLED_WHOLE: u32 as uint = 0;
     pub const FILLED_FIRST: u32 as uint = 1;
     pub const FILLED_COARSE: u32 as uint = 2;
-    /// In the place of a half of the cache's nodes, whose indices have an even (0) or odd (1) sum: all nodes at once.
+    /// Value of `nodes_half` for all nodes at once; 0 and 1 select the nodes whose indices have an even or an odd sum.
     pub const BOTH_HALVES: u32 as uint = 2;
     /// Gathered paths that count as much as one traced path. They share the errors of what they read with all their
     /// neighbours; the sooner these are forgotten, the better. (`transport caching::gathering` prints the noise that

@@ -256,9 +256,9 @@ impl Field {
 /// from it. With ¼ instead, a slab of g = .85 reflects 1.2 % too much.
 const LARGEST_MEAN_COSINE: f32 = 0.15;
 
-/// The share of the light that a first collision may select wrongly from two moments of the sky's light: 5g² of the phase
-/// function is of second order. A spot in an otherwise dark sky had cost a tenth of the light at g = −0.15
-/// (`transport caching::anisotropy`).
+/// Largest error, as a fraction of the light, that reading the cache at the first collision may make because the cache holds
+/// only two moments of the environment's light; the second-order part of the Henyey–Greenstein phase function has weight
+/// 5g². With one bright spot in a dark environment and g = −0.15 the error was a tenth (`transport caching::anisotropy`).
 const MOST_BEYOND_FLUX: f32 = 0.005;
 
 /// The smallest m ≥ 1 with |g|^m ≤ `LARGEST_MEAN_COSINE`, but 2 where the sky is too uneven for the first collision.

@@ -85,7 +85,8 @@ shared! {
         pub cache_step: vec3,
         /// Places for bricks in the cache's images along each axis.
         pub cache_places: uvec3,
-        /// Voxels from node to node: a march reads light once in one and a half times as many steps.
+        /// Voxels from one node to the next, rounded down, at least 1. A march reads the cache once every 1.5 times as many
+        /// steps (taken.glsl).
         pub cache_stride: uint,
         /// Bricks of the volume along each axis, if it is cut into bricks.
         pub volume_bricks: uvec3,
@@ -177,8 +178,8 @@ shared! {
         pub surface: int,
         /// The collision's stored value.
         pub value: float,
-        /// Bit s: the ray is where V ≥ value of surface s, just before the surface at which the flight would have ended.
-        /// It means nothing at a collision.
+        /// Bit s is set if V ≥ the value of surface s just before the surface at the end of the flight; undefined if the
+        /// flight ends elsewhere, as at a collision.
         pub inside: uint,
         pub throughput: vec3,
         /// Density of the current direction, 1/sr.
@@ -243,7 +244,7 @@ shared! {
         /// Paths of a node in all parts, and those that it has had before.
         pub samples: uint,
         pub first_sample: uint,
-        /// What the latter are worth: as many as that, had they been traced to their ends.
+        /// The earlier paths as an equivalent number of fully traced paths (cache/pace.rs).
         pub history: float,
         /// Whether the paths gather if there is light.
         pub gathers: uint,

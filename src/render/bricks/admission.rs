@@ -60,13 +60,15 @@ pub struct Admission {
     pub count: u32,
     /// Dispatches without progress since the last progress, or since the range shrank.
     stalled: u32,
-    /// For pixels, the count with which the next work on them should begin.
+    /// For pixels: the number of invocations with which the next work on them starts, the size to which the range was last
+    /// set while pixels were left. `None` for slots.
     pub enough: Option<u32>,
 }
 
-/// The count of all invocations, however many there are.
+/// Value of [`Admission::count`] that admits every invocation of a dispatch.
 pub const ALL: u32 = u32::MAX;
-/// Dispatches without progress after which fewer work: a path may need a few bricks at once.
+/// Dispatches without progress, but with bricks that were loaded, that are tolerated before a range of slots shrinks: a path
+/// may need several bricks before it advances.
 const PATIENCE: u32 = 2;
 
 impl Admission {
@@ -136,7 +138,8 @@ impl Admission {
     /// Moves on from a range all of whose pixels are done.
     fn pass(&mut self, report: &Streaming) {
         if report.advanced == 0 {
-            // No pixel was left there: the next dispatch covers all of them, and mostly finds nothing to do.
+            // The range held no unfinished pixel, so the next dispatch covers all pixels; usually all of them are finished
+            // by then.
             (self.first, self.count) = (0, ALL);
             return;
         }

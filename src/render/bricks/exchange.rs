@@ -84,8 +84,9 @@ impl Exchange {
         }
     }
 
-    /// Begins a piece of work, of which nothing is done. Returns whether older marks may be mistaken for those of this
-    /// one, so that they have to be cleared.
+    /// Starts a new piece of work on pixels or on bricks of the cache, and chooses its mark in `done`. Returns true if the
+    /// count of marks starts over: at first, after `forget_marks`, or when it has wrapped around. The caller must then clear
+    /// the `done` buffer, since an old mark could equal the new one.
     pub fn begin(&mut self) -> bool {
         self.done_mark = self.done_mark.wrapping_add(1);
         let begins_anew = self.done_mark <= 1;
@@ -93,7 +94,7 @@ impl Exchange {
         begins_anew
     }
 
-    /// Marks of finished work are about to be lost.
+    /// To be called before the `done` buffer is resized: the next `begin` then has it cleared.
     pub fn forget_marks(&mut self) {
         self.done_mark = 0;
     }

@@ -51,7 +51,7 @@ struct State {
     exchange: Exchange,
     places: Places,
     loader: Loader,
-    /// Invocations that work on pixels mostly find their bricks if so many work at once.
+    /// Number of pixel invocations that can usually run at once without needing more bricks than there are places.
     pixels_at_once: u32,
     /// Time for which the device waited for bricks.
     waited: Duration,

@@ -25,7 +25,8 @@ impl AtRest {
         })
     }
 
-    /// Whether a sample has next to no noise of its own: it is marched, and leaves next to nothing to paths.
+    /// Whether a sample is nearly free of noise: it is marched, and light is left to paths near less than 2 % of the cache's
+    /// nodes.
     pub fn is_smooth(&self) -> bool {
         match self {
             AtRest::March(march) => march.leaves_next_to_nothing(),
@@ -47,7 +48,7 @@ impl AtRest {
         }
     }
 
-    /// Runs the passes that a first step of a sample does not get to.
+    /// Runs once, without paths, the pass that the first slice of a sample does not get to ([`CameraMarch::warm_up`]).
     pub fn warm_up(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
         match self {
             AtRest::March(march) => march.warm_up(frame, r, cache),

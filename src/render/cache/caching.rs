@@ -68,13 +68,14 @@ impl Caching<'_> {
         self.cache.sight.widen();
     }
 
-    /// Gives nodes out of sight a path as well, for a camera that will move. To be called before the first batch: it decides
-    /// how the light begins, and has no effect on light that is there.
+    /// Also traces one path from each node out of sight, since the camera is expected to move. Must be called before the
+    /// first batch; later it has no effect until the light is forgotten.
     pub fn roam(&mut self) {
         self.cache.sight.roams = true;
     }
 
-    /// Takes what is known of the current view, before another one is looked at for a moment.
+    /// Removes and returns what was measured for the current view, so that another view can be rendered temporarily;
+    /// [`put_back`](Caching::put_back) restores it.
     pub fn take_view_state(&mut self) -> ViewState {
         std::mem::take(&mut self.cache.sight.view)
     }

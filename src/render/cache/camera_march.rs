@@ -115,7 +115,8 @@ impl CameraMarch {
         })
     }
 
-    /// Runs the pass that a first slice of a sample does not get to.
+    /// Runs `tail_tracking` once without paths, if there is such a pass: the first slice of a sample only marches, and some
+    /// drivers finish compiling a pass only when it first runs.
     pub fn warm_up(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
         match &self.tails {
             Some(tails) => tails.tracking.warm_up(frame, r, cache),

@@ -5,8 +5,8 @@
 //! matters: in the picture of the current camera, which averages over many nodes along each ray. (The nodes with the
 //! smallest share get their second path in the batch after 16 updates; before, their small part of the error is missing.)
 //! Nodes gather at first, mostly on the coarse lattice (`gathering.glsl`, `coarse.glsl`), and gathered paths share the
-//! errors of the light that they read: they count for less, and the estimate is reliable once a batch of whole paths has
-//! been compared with it.
+//! errors of the light that they read: each counts as a quarter of a traced path (`GATHERED_FOR_ONE`), and the estimate is
+//! reliable only after the first batch of traced paths.
 
 use super::memory::CacheMemory;
 use super::ray_march::{self, RayMarch};

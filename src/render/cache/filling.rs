@@ -96,7 +96,8 @@ impl Cache {
         expected.seconds_per_path() * paths as f64 / f64::from(samples)
     }
 
-    /// Whether it is known what is in sight, and no node lacks a path.
+    /// Whether there is light, the bricks of this view have been weighed, no batch is under way, and every node has had the
+    /// paths that its brick's share requires.
     pub fn is_caught_up(&self) -> bool {
         let is_filled = self.filling.updates > 0 && self.under_way.is_none();
         is_filled && self.sight.view.is_weighed && !self.sight.focus.lags(self.filling.updates)

@@ -81,7 +81,7 @@ pub struct Focus {
     pub(super) shares: Vec<Share>,
     /// Paths that each of a brick's nodes has had.
     pub(super) had: Vec<u32>,
-    /// From so many paths of those in sight on, the others get one as well. `None`: they get none.
+    /// Once the goal of nodes with the full share is this many paths, nodes out of sight get one path each; `None`: never.
     pub(super) all_from: Option<u32>,
     /// Nodes of a brick that get the first paths.
     first_nodes: u32,
@@ -201,7 +201,8 @@ impl Focus {
         self.had = self.lacks(goal).map(|lack| lack.had + lack.paths).collect();
     }
 
-    /// Paths that a brick's nodes have had together where each that had any has had `had`.
+    /// Paths of all nodes of a brick together, once each node that gets paths has had `had`: the first `GATHERED` start from
+    /// `first_nodes` nodes only, the later ones from all.
     fn paths_of(&self, had: u32) -> u64 {
         let [young, old] = [had.min(GATHERED), had.saturating_sub(GATHERED)].map(u64::from);
         young * u64::from(self.first_nodes) + old * u64::from(NODES)

@@ -71,7 +71,8 @@ pub struct Cache {
     sight: Sight,
     /// The texel that stands for the light of a node that is neither traced nor interpolated yet.
     guess: [f32; 4],
-    /// No batch has ended since the images were made: they hold no light of an older scene.
+    /// Whether no batch has ended since the images were allocated or laid out anew, so that they cannot hold light of an
+    /// earlier scene.
     is_blank: bool,
     pub filling: Filling,
     pub work: FillingWork,
@@ -371,7 +372,7 @@ impl Cache {
         self.under_way = None;
         self.is_blank = false;
         let filling = &mut self.filling;
-        // Where bricks were missing, pictures differ by that as well.
+        // A picture with missing bricks of the volume differs for that reason too, so it is not compared.
         if let Some(before) = &self.sight.view.measured
             && let Batch::Paths(paths) = batch
             && !self.sight.view.is_preview

@@ -42,7 +42,7 @@ pub enum Half {
     #[default]
     Even,
     Odd,
-    /// Where no node gathers, none waits for another.
+    /// All nodes at once: no node gathers, so none reads another's light.
     Both,
 }
 

@@ -14,8 +14,8 @@ pub struct Medium {
     pub g: f32,
     /// Non-decreasing in value; empty in vacuum.
     pub transfer: Vec<TransferPoint>,
-    /// The lower end of a straight line on which all voxels lie, as stored value and opacity, and its slope; `None` if there is
-    /// none.
+    /// If all values of the volume lie on one segment of the transfer function: the stored value and the opacity at the end
+    /// of that segment with the lower opacity, and the slope of opacity per stored value; `None` otherwise.
     pub linear_opacity: Option<[f32; 3]>,
     /// Sides of the blocks, in trilinear cells.
     pub block_size: u32,

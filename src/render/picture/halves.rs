@@ -122,7 +122,7 @@ mod tests {
 
     /// On the left samples are independent; on the right their means have half of the noise that their spread shows.
     #[test]
-    fn what_is_left_is_found_where_it_is() {
+    fn the_variance_ratio_is_estimated_locally() {
         let mut random = fastrand::Rng::with_seed(1);
         let mut means = |samples: usize| -> Vec<[f32; 4]> {
             let is_even = |pixel: usize| pixel % SIZE[0] >= SIZE[0] / 2;

@@ -85,7 +85,8 @@ impl<'a> InBricks<'a> {
         }))
     }
 
-    /// The caches that fit and leave the volume unlike numbers of bricks, the finest first.
+    /// The caches that fit, the finest first, without those that make room for less than 1.25 times (`MORE`) as many of the
+    /// needed bricks as the one before.
     pub fn compared(&self, next_better: &str) -> Result<Vec<Choice>> {
         let mut caches = Vec::new();
         let mut most = 0.0;
@@ -158,7 +159,7 @@ impl<'a> InBricks<'a> {
                 Ok(plan) if plan.bytes() <= self.planner.budget => return Ok(Some(plan)),
                 Ok(_) | Err(Error::Memory(_)) if places == least => return Ok(None),
                 Ok(_) | Err(Error::Memory(_)) => {
-                    // A step must not miss the number that decides about a cache.
+                    // The search must test `enough` itself, since that number decides whether the cache is given up.
                     let floor = if places > enough { enough } else { least };
                     places = (places - places.div_ceil(32)).max(floor);
                 }
@@ -223,7 +224,7 @@ fn most_at_once(layout: &BrickLayout, scene: &GpuScene, needed: u64) -> u64 {
     let beside = match (features.cache_order, suns) {
         (0, _) | (_, 0) => 0,
         _ if surfaces.is_empty() => 4 * along_a_ray,
-        // The first crossing is the last.
+        // The surfaces are opaque, so a ray has at most one crossing.
         _ if surfaces.iter().all(|surface| surface.opacity >= 1.0) => (4 + suns) * along_a_ray,
         _ => 4 * along_a_ray + suns * in_a_plane,
     };

@@ -1,7 +1,7 @@
 //! The caches that a scene allows, from the best to the coarsest.
 //!
-//! The ladder goes down by predicted quality: a coarser cache loses more than a shorter float, and no cache at all is right
-//! as well, but slow for its noise.
+//! The ladder goes down by predicted quality: a coarser cache loses more than a shorter float; rendering without a cache is
+//! unbiased, but takes longer to reach the same noise.
 
 use super::Planner;
 use crate::error::MemoryError;

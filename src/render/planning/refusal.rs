@@ -68,7 +68,8 @@ impl InBricks<'_> {
 }
 
 impl Planner<'_> {
-    /// What a plan with the whole volume would need, of which the search for one says `why` there is none.
+    /// What a plan with the whole volume would need, in words; `why` is the error with which the search for such a plan
+    /// failed.
     pub(super) fn need_of_whole(&self, why: &MemoryError) -> String {
         match why {
             MemoryError::Plan {
