@@ -23,7 +23,7 @@ pub static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 static STATUS: AtomicU8 = AtomicU8::new(INTERRUPTED_STATUS);
 /// When the first interruption came that ends the work.
 static FIRST: OnceLock<Instant> = OnceLock::new();
-/// Interruptions within this time are one.
+/// Interruptions within this time of the first count as the same one.
 const AT_ONCE: Duration = Duration::from_millis(100);
 /// Whether SIGUSR1 has arrived.
 static REQUESTED: AtomicBool = AtomicBool::new(false);

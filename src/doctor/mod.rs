@@ -21,7 +21,7 @@ use closed_forms::ClosedForm;
 #[doc(hidden)]
 pub use closed_forms::{LIT_SURFACE, lit_surface_scene};
 
-/// No check of a device is begun that would last longer, counted from the first.
+/// Time limit for the examination of one device: a closed-form check that is expected to end later is not begun.
 const TIME: Duration = Duration::from_secs(20);
 /// The device's time of a dispatch as a share of the host's, which holds submission and waiting as well, where timestamps can be
 /// trusted.

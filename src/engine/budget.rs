@@ -31,7 +31,8 @@ pub enum BudgetSource {
 }
 
 /// Bytes of the host's memory that a user allows; without a limit, half of what is free beside the device's budget, if that
-/// is in the host's memory as well. (Half of what is free is counted of it at most: a budget is not always used.)
+/// is in the host's memory as well. (At most half of the free memory is attributed to the device's budget, since a budget is
+/// not always used up.)
 pub(crate) fn of_host(asked: Option<Limit>, free: u64, kind: DeviceKind, budget: &Budget) -> u64 {
     match asked {
         Some(Limit::Bytes(bytes)) => bytes,

@@ -83,7 +83,7 @@ impl Engine {
                 .renderer
                 .change(&next.reduced_to(self.renderer.size()))?;
         }
-        // A picture that is smaller than the scene's for a while stays so.
+        // While a picture is temporarily rendered with fewer pixels (`reduce_to`), its size is kept.
         let size = if next.parts.view.size == self.full.parts.view.size {
             self.renderer.size()
         } else {

@@ -1,10 +1,10 @@
 //! Filling a cache before samples are taken, batch after batch, and how far.
 //!
 //! The cache's error is the same in all samples, while the noise of samples falls with their number. So the time is divided
-//! between filling and sampling by what each gains from it (`forecast.rs`). Gathering takes little time and is always worth
-//! it. Before nodes trace whole paths, a trial with few pixels measures the noise and the time of samples. Few pixels are large
-//! ones, and much of the noise of marched samples is what differs within a pixel: of a cloud, an eighth of the pixels have
-//! four times the variance. So the trial is repeated with all pixels once that takes little time beside the filling.
+//! between filling and sampling by what each gains from it (`forecast/`). Gathering takes little time and is always worth
+//! it. Before nodes trace whole paths, a trial with few pixels measures the noise and the time of samples. Few pixels are
+//! large ones, and much of the noise of marched samples is what differs within a pixel: of a cloud, an eighth of the pixels
+//! have four times the variance. So the trial is repeated with all pixels once that takes little time beside the filling.
 
 use std::time::{Duration, Instant};
 

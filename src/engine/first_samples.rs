@@ -24,8 +24,8 @@ const SAMPLES_MARCHED: u32 = 4;
 /// low-discrepancy points, and a better cache makes them less noisy. Few samples do not show that yet
 /// (`render/picture/halves.rs`).
 const VARIANCE_RATIO_MARCHED: f64 = 0.35;
-/// Units of one sample that are taken after the first one of a picture that is begun: where the volume streams, together,
-/// and as many as pictures begin with ([`units_together`](super::schedule::units_together)).
+/// Numbers of one-sample units taken after the first unit when a whole picture is tried: the bundle sizes with which
+/// pictures start where the volume streams ([`units_together`](super::schedule::units_together)); otherwise three.
 const UNITS_IN_BRICKS: &[u32] = &[MOST_AT_ONCE, MOST_AT_ONCE * (1 + MOST_AT_ONCE)];
 const UNITS: &[u32] = &[3];
 

@@ -73,8 +73,13 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// Plans the scene and brings it onto the GPU. `seed` decides the random numbers: the same seed gives the same
-    /// bits on the same device.
+    /// Plans the scene and brings it onto the GPU. `seed` decides the random numbers: the same seed gives the same bits on
+    /// the same device.
+    ///
+    /// # Errors
+    ///
+    /// If the scene cannot be rendered (it has no pixels, too many surfaces or settings that contradict each other), if no
+    /// variant fits the budget or the device's limits, if the volume cannot be read, or if the device fails.
     pub fn new(host: &Host, volume: &Volume, scene: &Scene, seed: u32) -> Result<Engine> {
         let choice = host.plan(volume, scene)?;
         Engine::with_plan(host, volume, scene, choice, seed)

@@ -4,7 +4,7 @@
 //! A cache has to be compiled for and filled before it saves anything, and where surfaces are seen a sample through it
 //! still has noise: which variant is faster depends on the scene, the device, the number of pictures and how good they
 //! are to be. Pictures of few pixels tell what a sample costs in either variant and how noisy it is, and a first few
-//! batches tell how fast a cache fills. The rest is arithmetic (`forecast.rs`).
+//! batches tell how fast a cache fills. The rest is arithmetic (`forecast/`).
 //!
 //! A trial takes time as well. The variant without a cache is tried first, and where it will soon be done, it is taken.
 //!
@@ -130,7 +130,8 @@ impl<'a> Trial<'a> {
         let tried = self.engine.try_samples(&task, short, until)?;
         watch.pause();
         let totals = self.engine.totals();
-        // A time that was too short for a first sample stays on the watch.
+        // The samples of a small trial picture are discarded, and their time does not count. If the time was too short even
+        // for these, it counts.
         if tried.is_some() && totals.samples == 0 {
             watch = Stopwatch::paused();
         }
@@ -254,7 +255,7 @@ impl Setup<'_> {
             }
         }
         match best {
-            // What has been sampled without a cache is all that there is.
+            // The engines with caches are gone: after an interruption only the samples taken without a cache exist.
             _ if task.is_interrupted() => Ok(Contest::Lost { why }),
             Some((choice, _)) => {
                 let spent = std::mem::replace(watch, Stopwatch::paused());

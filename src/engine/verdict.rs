@@ -10,8 +10,8 @@ use super::task::Task;
 /// it.
 const LATE: f64 = 1.2;
 
-/// What is expected with a cache, and without it: with its rival, which is no cache or another cache. Displayed, it is the
-/// end of a sentence that says why one is chosen; its words are right where the rival is no cache.
+/// Forecasts with a cache and with its rival, which is no cache or another cache. Displayed, it ends a sentence that says
+/// why one is chosen; the text is only correct if the rival has no cache.
 #[derive(Debug)]
 pub enum Compared {
     /// Seconds until all pictures have the relative error `to`.

@@ -216,8 +216,8 @@ impl Holding {
         } else {
             locked(allocator).allocate(&desc)
         };
-        // What occurs: the device has no memory left, or the host has none, or memory could not be mapped. The allocator tells
-        // the second by words alone, and the third may have any reason, so the words go into the message. The remedy is one.
+        // The allocator fails for lack of device memory or of host memory, or because memory cannot be mapped. It tells some
+        // of these apart only in its text, which therefore goes into the message; the remedy is the same.
         let allocation = allocation.map_err(|e| MemoryError::Refused {
             resource: self.entry.name.into(),
             bytes: self.entry.bytes,

@@ -6,7 +6,7 @@ use std::time::Instant;
 /// The work that a run of a pass has done, as counts; all are zero if nothing was counted.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Work {
-    /// Trilinear samples of a volume, from eight texels each.
+    /// Trilinear samples of a 3D image, from eight texels each.
     pub samples: u64,
     /// Reads of single texels.
     pub reads: u64,
@@ -39,7 +39,7 @@ impl Work {
         }
     }
 
-    /// Trilinear samples of a volume.
+    /// Trilinear samples of a 3D image.
     pub fn samples(samples: u64) -> Work {
         Work {
             samples,

@@ -99,7 +99,8 @@ struct Render<'a> {
 enum Beginning {
     /// It was done before, and a file of it is gone. Meanwhile the checkpoint stays that of the picture under way.
     Again,
-    /// As the picture under way: where the checkpoint ends, or else with what the cache was filled for it.
+    /// It is the picture under way: continued from the checkpoint, or begun with the time already spent on filling the
+    /// cache.
     UnderWay,
     /// As the next one, with its first sample.
     Next,

@@ -45,12 +45,12 @@ pub struct State {
     pub runs: Vec<RunOf>,
 }
 
-/// How the pictures of an orbit are made and shown, beside their scene.
+/// The conditions besides the scene under which the pictures of an orbit can be continued.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Manner {
     /// Where they end: "8 samples".
     ends: String,
-    /// How files in which that counts show them; `None` without such files.
+    /// Exposure and tone of the PNG files; `None` if none are written.
     shown: Option<String>,
 }
 

@@ -19,7 +19,8 @@ impl Fingerprint {
         self
     }
 
-    /// Of a file's bytes, in text. What is no regular file, such as a pipe, is not opened, since that may wait for ever.
+    /// The hash of a file's bytes, as 32 hexadecimal digits. Only regular files are opened, since opening a pipe may wait
+    /// for ever.
     pub fn of_file(path: &Path) -> io::Result<String> {
         if !path.metadata()?.is_file() {
             return Err(io::ErrorKind::InvalidInput.into());

@@ -3,8 +3,8 @@
 //! While anything moves, a whole picture is made in every frame, with as many pixels as there is time for: a march
 //! through the cache, or a sample a pixel where there is none. At rest a march with all pixels follows, slice by
 //! slice; then the cache gets paths until it has converged, and is marched again now and then, with a few rays of each pixel
-//! once its light hardly changes any more; then the picture is refined by samples (`refinement.rs`). After that nothing is
-//! left to do.
+//! once its light hardly changes any more; then the picture is refined by samples (`engine/refinement.rs`). After that
+//! nothing is left to do.
 
 use std::time::{Duration, Instant};
 
@@ -170,7 +170,7 @@ impl ProgressivePicture {
         engine.reduce_to(self.moving_size(engine))?;
         self.make_whole(engine, shown)?;
         self.is_shown = true;
-        // Fewer pixels do not bring bricks sooner.
+        // Time spent waiting for bricks is left out, since it does not depend on the number of pixels.
         let took = began.elapsed() - (engine.waited_for_bricks() - waited);
         self.adapt(took.as_secs_f64() * 1e3);
         if !light::cache_is_good(engine) {

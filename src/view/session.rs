@@ -281,7 +281,7 @@ impl Session {
     }
 }
 
-/// Whether what cannot be built of one scene cannot be built of the other either.
+/// Whether two scenes differ in their camera at most: a build that failed for one would fail for the other.
 fn is_same_but_for_camera(a: &Scene, b: &Scene) -> bool {
     let camera = b.camera;
     Scene {

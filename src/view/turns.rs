@@ -1,5 +1,6 @@
-//! Events of one frame, one after the other. egui looks at the pointer's place and at Shift once a run: in a slow frame,
-//! which finds a whole drag, it would see neither that nor what Shift was held for.
+//! Splits the input events of one frame into several runs of the interface. egui reads the pointer's position and the
+//! modifier keys once per run; a slow frame may hold a complete drag, whose start, end and modifiers would otherwise be
+//! lost.
 
 use egui::{Event, RawInput};
 

@@ -17,12 +17,12 @@ pub type Expected = (fn(f64) -> bool, &'static str);
 pub(super) const FINITE: Expected = (|_| true, "a finite number within ±3e38");
 pub(super) const UNIT: Expected = (|x| (0.0..=1.0).contains(&x), "a number from 0 to 1");
 pub(super) const NOT_NEGATIVE: Expected = (|x| x >= 0.0, "a finite number from 0 to 3e38");
-/// Of a voxel's sides.
+/// Allowed sides of a voxel, in world units.
 pub(super) const VOXEL_SIZE: Expected = (
     |x| VOXEL_SIZES.contains(&x),
     "a number from 1e-15 to 1e15, if need be in another unit of length",
 );
-/// Of light.
+/// Allowed radiances and irradiances.
 pub(super) const LIGHT: Expected = (
     |x| x == 0.0 || RADIANCES.contains(&x),
     "0 or a number from 1e-15 to 1e15, if need be in another unit of light",

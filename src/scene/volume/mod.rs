@@ -71,7 +71,7 @@ const SPOOLED_BYTES: u64 = 32 << 20;
 pub struct Volume {
     /// Voxels along x (fastest), y and z; each ≥ 1.
     pub dims: [u32; 3],
-    /// The same of the whole file, of which a crop may have left `dims`.
+    /// Voxels along each axis in the file, before cropping.
     pub file_dims: [u32; 3],
     /// World units along x, y and z; each > 0.
     pub spacing: [f64; 3],

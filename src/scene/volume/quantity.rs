@@ -2,11 +2,11 @@
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
-    /// Of a CT: −1000 is air, 0 is water.
+    /// Hounsfield units of a CT: −1000 is air, 0 is water.
     Hounsfield,
-    /// How much of a medium there is, from 0 on.
+    /// Density of a medium, from 0 on.
     Density,
-    /// From a surface, negative within.
+    /// Signed distance from a surface, negative inside.
     Distance,
     /// None of these.
     Other,

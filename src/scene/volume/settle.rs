@@ -53,8 +53,8 @@ pub(super) struct Extremes {
     pub rounding: f64,
 }
 
-/// Walks through a grid. Where the volume has its slices in reverse, `grid` does not, but the
-/// macrocells are the volume's.
+/// Scans all voxels of `grid` in the source's order. If the volume reverses the slices (`is_mirrored`), macrocells are
+/// nevertheless numbered as in the volume.
 pub(super) fn settle(grid: &Grid, is_mirrored: bool, reading: &Reading) -> Parsed<Settled> {
     match grid.stored() {
         StoredType::U8 => walk::<u8>(grid, is_mirrored, reading),
@@ -67,7 +67,7 @@ pub(super) fn settle(grid: &Grid, is_mirrored: bool, reading: &Reading) -> Parse
 struct PartialResults {
     counts: Vec<u64>,
     infinite: u64,
-    /// The least of the finite values in shares that hold values that are not finite, too.
+    /// Smallest finite value in shares that also hold non-finite values; +∞ if there are none.
     least: f32,
 }
 

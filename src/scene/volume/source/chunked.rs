@@ -29,12 +29,12 @@ const KEPT: usize = 32 << 20;
 pub enum Content {
     /// x fastest, in rows as long as a chunk's, and at least those within the volume.
     Voxels(Vec<u8>),
-    /// All are this one.
+    /// Every voxel of the chunk has this value.
     Uniform(Vec<u8>),
 }
 
 impl Content {
-    /// Bytes that are taken while it is kept, approximately: at least those of its place.
+    /// Approximate memory of a chunk that is kept: at least that of its entry in the tables.
     fn bytes(&self) -> usize {
         const PLACE: usize = 128;
         match self {
@@ -52,7 +52,7 @@ pub trait Chunks: fmt::Debug + Send + Sync {
     fn files(&self) -> Vec<PathBuf>;
 }
 
-/// Converts a run of decoded voxels into its place. Returns a measure of the loss, of which the largest counts.
+/// Converts a run of decoded voxels into its destination and returns the largest change by rounding.
 pub type Put<'a> = dyn Fn(&[u8], &mut [u8]) -> Parsed<f64> + Sync + 'a;
 
 #[derive(Debug)]
