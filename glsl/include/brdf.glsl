@@ -133,7 +133,8 @@ float brdf_pdf(Material m, vec3 n, vec3 v, vec3 l) {
     if (has_disney && m.surface.shading == SHADING_DISNEY) {
         vec3 h = normalize(l + v);
         float h_sine2 = sine_squared(n, h);
-        // l·h is half the length of l + v, which does not cancel where l is near −v.
+        // The density of h is D·(n·h); the Jacobian of h to l is 1/(4 l·h) = 1/(2|l + v|), which does not cancel where l is
+        // near −v (Walter et al., "Microfacet Models for Refraction through Rough Surfaces", 2007).
         float jacobian = max(dot(n, h), 0.0) / max(2.0 * length(l + v), 1e-12);
         float coat_share = 1.0 - m.diffuse_share - m.specular_share;
         pdf += jacobian * (m.specular_share * ggx_d(h_sine2, m.alpha)
@@ -156,10 +157,12 @@ vec3 brdf_sample(Material m, vec3 n, vec3 v, vec3 u) {
         float sine2;
         if (u.z < m.diffuse_share + m.specular_share) {
             float a2 = m.alpha * m.alpha;
+            // sin²θ_h of GGX: α²u/(1 − u + α²u), from tan²θ_h = α²u/(1 − u) (Walter et al. 2007, eq. 35).
             sine2 = a2 * u.x / (1.0 - u.x + a2 * u.x);
         } else {
             float alpha = clearcoat_alpha(m);
             float a2 = alpha * alpha;
+            // Of GTR1: (α^{2(1−u)} − α²)/(1 − α²) (Burley 2012, appendix B).
             sine2 = (pow(a2, 1.0 - u.x) - a2) / (1.0 - a2);
         }
         sine2 = clamp(sine2, 0.0, 1.0);

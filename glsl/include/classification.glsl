@@ -46,7 +46,8 @@ Classified classify(float v) {
     }
     bool is_below = v < p.x;
     bool is_beyond = place >= 1.0 && point + 1 == int(scene.transfer_segments);
-    float share = 1.0 / max(place, 1.0); // of the segment in what lies above its point
+    // The fraction of [p.x, v] that lies on the segment; beyond its end the function is constant.
+    float share = 1.0 / max(place, 1.0);
     area += (v - p.x) * mix(color.a * vec4(color.rgb, 1.0), mean_of_line(start, color), share);
     float next_value = p.y > 0.0 ? p.x + 1.0 / p.y : LARGEST;
     vec2 segment = is_below ? vec2(ANY_VALUE.x, p.x) : is_beyond ? vec2(next_value, ANY_VALUE.y) : vec2(p.x, next_value);

@@ -7,7 +7,8 @@ float evaluate(vec4 c, float u) {
     return c.x + u * (c.y + u * (c.z + u * c.w));
 }
 
-// The cubic's extrema, sorted and clamped to [0, 1]: between them it is monotone.
+// The cubic's extrema, sorted and clamped to [0, 1]: between them it is monotone. The roots of c′ = y + 2zu + 3wu² are
+// q/(3w) and y/q with q = −(z + sign(z)·√(z² − 3wy)), in which nothing cancels (Press et al., Numerical Recipes, 5.6).
 vec2 extrema(vec4 c) {
     vec3 slope = in_own_unit(c.yzw);
     float a = 3.0 * slope.z;
@@ -27,8 +28,9 @@ vec2 extrema(vec4 c) {
 const float ROOT_ERROR = 1e-7;
 const int MOST_ROUNDS = 40;
 
-// The root in [low, high], where the truth of c(u) ≥ 0 is `inside` at low and not at high: from the chord's root
-// by Newton's method, kept within a bracket that shrinks by half where Newton would leave it.
+// The root in [low, high], where c(u) ≥ 0 holds at `low` alone if `inside` is true, and at `high` alone if not: from the
+// chord's root by Newton's method, kept within a bracket that shrinks by half where Newton would leave it (safeguarded
+// Newton, ibid. 9.4).
 float refine(vec4 c, float low, float high, bool inside) {
     float at_low = evaluate(c, low);
     float along_chord = at_low / (at_low - evaluate(c, high));

@@ -61,7 +61,7 @@ float environment_pdf(vec3 direction) {
 const float NO_MIS = -1.0;
 
 // The radiance that a ray in `direction` brings from outside. `pdf` is the one with which the direction was
-// sampled, for the balance heuristic against light sampling; NO_MIS for a ray from the camera.
+// sampled, for the balance heuristic against light sampling (Veach and Guibas 1995); NO_MIS for a ray from the camera.
 vec3 escaping_radiance(vec3 direction, float pdf) {
     vec3 radiance = scene.environment;
     if (has_environment_image) {

@@ -109,7 +109,8 @@ struct MarchStep {
     vec2 slopes;    // of extinction: (its value at the part's end − that at its beginning) / (their sum)
 };
 
-// The mean distance of collisions in a step, if its optical depth is small.
+// The mean distance of collisions in a step, if its optical depth is small. As a share of a part of the step, it is
+// ∫₀¹ x(1 − s + 2sx) dx = ½ + s/6, with s the slope of extinction.
 float mean_collision(MarchStep s) {
     float first = s.parts.x * (0.5 + s.slopes.x * (1.0 / 6.0));
     if (is_linear) {
@@ -237,7 +238,8 @@ MarchStep make_step(Ray ray, inout March march) {
     return s;
 }
 
-// Positions in a part at given shares of its optical depth, where extinction is linear in x: τ(x)/τ = x + slope·(x² − x).
+// Positions in a part at given shares of its optical depth, where extinction is linear in x: τ(x)/τ = x + slope·(x² − x);
+// the root in [0, 1], in the form that does not cancel.
 vec4 position_in_part(float slope, vec4 share) {
     float begins = 1.0 - slope;
     return 2.0 * share / (begins + sqrt(max(begins * begins + 4.0 * slope * share, 0.0)) + 1e-30);

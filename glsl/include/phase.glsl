@@ -1,4 +1,5 @@
-// Henyey–Greenstein; g > 0 is forward. Directions are those of travel.
+// Henyey and Greenstein (1941): p = (1 − g²)/(4π(1 + g² − 2g·cosθ)^{3/2}), in 1/sr; g > 0 scatters forward. Directions are
+// those of travel.
 //
 // Where g is close to ±1, the lobe is narrower than a float knows a cosine near ±1. So angles are counted from the lobe's
 // axis, the direction before or (g < 0) the one opposite to it, and stand as x = 1 − cosine, which keeps its digits
@@ -24,7 +25,8 @@ float phase_function(vec3 before, vec3 after) {
     return is_anisotropic ? phase_function_at(one_minus_dot(before, scene.g < 0.0 ? -after : after)) : 0.25 / PI;
 }
 
-// A sample of x. Branch-free and stable through g = 0: the textbook inversion cancels for small g.
+// A sample of x = 1 − cosθ by inverting the cumulative distribution: with s = 1 − g + 2gu, x = 2(1 − u)(1 + gu)((1 − g)/s)².
+// This equals the textbook (1 + g² − ((1 − g²)/s)²)/(2g) for cosθ, but neither divides by g nor cancels where g is small.
 float phase_sample(float u) {
     if (!is_anisotropic) {
         return 2.0 * u;

@@ -24,7 +24,8 @@ vec3 to_world(vec3 grid) {
 }
 
 // The part of the ray inside the box and the clip planes; empty if x ≥ y. The body is convex, so the part is one
-// interval. Zero components of `step` are handled separately: a division by them would give NaN on a face.
+// interval. Zero components of `step` are handled separately: a division by them would give NaN on a face. The slab method
+// (Kay and Kajiya, "Ray Tracing Complex Scenes", 1986).
 vec2 clip_ray(Ray ray, float from) {
     float t0 = from;
     float t1 = LARGEST;
@@ -57,7 +58,8 @@ vec2 clip_ray(Ray ray, float from) {
     return vec2(t0, t1);
 }
 
-// A walk of a ray through boxes of `size` grid units on a lattice from the grid's origin.
+// A walk of a ray through boxes of `size` grid units on a lattice from the grid's origin (Amanatides and Woo, "A Fast Voxel
+// Traversal Algorithm for Ray Tracing", 1987).
 struct Walk {
     ivec3 cell;
     float exit;   // t at which the ray leaves the cell

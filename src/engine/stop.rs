@@ -157,7 +157,9 @@ impl fmt::Display for Stop {
 pub struct Sampled {
     /// Index of the first sample in the whole picture.
     pub first_sample: u32,
+    /// Samples of each pixel so far.
     pub samples: u32,
+    /// Units so far.
     pub units: u32,
     /// Time spent on the picture, with the filling of the cache where that is the picture's.
     pub took: Duration,

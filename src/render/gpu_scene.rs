@@ -78,6 +78,7 @@ impl GpuScene {
         Occupancy::new(&self.parts, volume)
     }
 
+    /// The parts of the scene that differ from those of `before`. The variant and the layout of bricks are not compared.
     pub fn changes_from(&self, before: &GpuScene) -> Changes {
         Changes::between(&before.parts, &self.parts)
     }

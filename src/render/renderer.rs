@@ -43,6 +43,11 @@ pub struct Renderer {
 }
 
 impl Renderer {
+    /// Allocates the resources, uploads the scene and compiles all passes.
+    ///
+    /// # Errors
+    ///
+    /// If memory is refused, a shader does not compile, the volume cannot be read, or the device fails.
     pub fn new(memory: &Arc<Memory>, volume: &Volume, scene: GpuScene) -> Result<Renderer> {
         let shaders = Shaders::new(shared::glsl());
         Renderer::with_shaders(memory, &shaders, volume, scene)

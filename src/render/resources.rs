@@ -48,18 +48,26 @@ pub struct Resources {
     pub majorants: Image,
     /// Two texels for each patch of the picture, and a row for the whole picture.
     pub patches: Image,
+    /// The scene's constants: one `SceneConstants`.
     pub scene: Buffer,
+    /// The transfer function over stored values: the rows `TRANSFER_SEGMENTS` to `TRANSFER_CANDIDATES`
+    /// (`parts/transfer_table.rs`).
     pub transfer: Image,
+    /// A `Surface` for each isosurface.
     pub surfaces: Buffer,
     pub lights: LightMemory,
     pub clips: Buffer,
+    /// A `Path` for each slot: the paths in flight between two dispatches.
     pub paths: Buffer,
+    /// One `Counters`.
     pub counters: Buffer,
     /// Per pixel, the sum of the samples of the unit under way; coverage in alpha.
     pub unit_sum: Image,
+    /// Per pixel, the mean of the samples of all whole units; coverage in alpha.
     pub mean: Image,
     /// Weighted sum of squared differences from the mean.
     pub squares: Image,
+    /// Host memory through which data passes between host and device; `STAGING_BYTES` at most.
     pub staging: Buffer,
 }
 

@@ -53,11 +53,13 @@ shared! {
         pub linear_opacity: vec3,
         /// Collisions and reflections on a path; 0 = no limit.
         pub max_bounces: uint,
+        /// Selects the random sequences; any value.
         pub seed: uint,
         /// Pixels.
         pub size: uvec2,
         /// Not 0: rays go through the middle of each pixel.
         pub through_centres: uint,
+        /// Position of the camera in world space.
         pub eye: vec3,
         /// Unit direction into the picture.
         pub forward: vec3,
@@ -131,12 +133,13 @@ shared! {
     pub struct Sun {
         /// Unit direction in which the light travels.
         pub direction: vec3,
+        /// Irradiance of a plane that faces the sun, per channel.
         pub irradiance: vec3,
         /// Cumulative probability of picking this sun or an earlier one.
         pub cumulative_probability: float,
     }
 
-    /// Points with dot(normal, p) > offset are vacuum.
+    /// Points p in world space with dot(normal, p) > offset are vacuum.
     pub struct Clip {
         pub normal: vec3,
         pub offset: float,
@@ -170,6 +173,7 @@ shared! {
         pub origin: vec3,
         /// Unit direction in world space.
         pub direction: vec3,
+        /// Position of the flight along the ray, and where it ends, in world units from `origin`.
         pub t: float,
         pub t_end: float,
         /// The block at `t`.
@@ -185,6 +189,7 @@ shared! {
         /// Density of the current direction, 1/sr.
         pub pdf: float,
         pub shadow_direction: vec3,
+        /// Position of the shadow ray, and where it ends, in world units from `origin`.
         pub shadow_t: float,
         pub shadow_t_end: float,
         /// The block at `shadow_t`.
@@ -195,7 +200,7 @@ shared! {
         pub shadow_radiance: vec3,
         /// `SEARCH_*`, where the volume streams.
         pub searches: uint,
-        /// The first of these searches, as in `Search` of surface.glsl.
+        /// The first of these searches, as in `Search` of surface.glsl; `search_t` in world units from `origin`.
         pub search_t: float,
         pub search_macrocell: ivec3,
         pub search_start_surface: int,
@@ -212,7 +217,7 @@ shared! {
     /// The light that a march through a pixel leaves to paths: of a surface, or of the medium where the cache cannot give
     /// it.
     pub struct Tail {
-        /// Distance along the march's ray.
+        /// Distance along the march's ray, in world units.
         pub t: float,
         /// Weight of that light in the pixel; 0 if nothing is left.
         pub weight: float,

@@ -60,10 +60,13 @@ struct State {
 /// Figures of the streaming so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct BrickFigures {
-    /// Bricks of the whole volume, and those on the GPU.
+    /// Bricks of the whole volume.
     pub total: u32,
+    /// Bricks on the GPU now.
     pub resident: u32,
+    /// Bricks brought to the GPU, repeatedly loaded ones counted each time.
     pub loads: u64,
+    /// Bytes of the volume read for them.
     pub bytes_read: u64,
     /// Time for which the device waited for bricks.
     pub waited: Duration,

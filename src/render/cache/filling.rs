@@ -20,6 +20,7 @@ pub struct Filling {
     /// The same of what a picture at rest takes from the cache.
     #[serde(with = "null_if_infinite")]
     pub error_at_rest: f64,
+    /// Time that filling has taken.
     pub took: Duration,
     /// The pace of batches in which nodes gather (`gathering.glsl`).
     pub(super) gathering: Pace,

@@ -10,7 +10,7 @@ use crate::scene::{self};
 pub struct Medium {
     /// σt where opacity is 1, per world unit.
     pub density: f32,
-    /// Henyey–Greenstein asymmetry.
+    /// Henyey–Greenstein asymmetry in (−1, 1), g > 0 forward.
     pub g: f32,
     /// Non-decreasing in value; empty in vacuum.
     pub transfer: Vec<TransferPoint>,
@@ -26,7 +26,9 @@ pub struct Medium {
 pub struct TransferPoint {
     /// Stored value.
     pub value: f32,
+    /// In [0, 1]; extinction is density·opacity.
     pub opacity: f32,
+    /// Single-scattering albedo of each channel, in [0, 1].
     pub color: [f32; 3],
 }
 

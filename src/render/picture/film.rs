@@ -31,8 +31,9 @@ impl Film {
 
 /// The first surfaces behind the pixels' centres, row 0 on top.
 pub struct FirstHits {
-    /// Normal and, in w, distance along the ray; +∞ without a surface.
+    /// Unit normal and, in w, distance along the ray in world units; 0 and +∞ without a surface.
     pub normal_depth: Vec<[f32; 4]>,
+    /// RGB, and 1 in alpha; all 0 without a surface.
     pub albedo: Vec<[f32; 4]>,
 }
 
@@ -121,6 +122,7 @@ impl Renderer {
         Ok(())
     }
 
+    /// Normal, depth and albedo of the first surface behind each pixel's centre.
     pub fn first_hits(&mut self) -> Result<FirstHits> {
         self.see_first_surfaces()?;
         let Some(pass) = &self.passes.iso_depth else {
