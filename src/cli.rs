@@ -206,8 +206,8 @@ pub struct PlanArgs {
 /// The device, and how much of it may be used.
 #[derive(Debug, Args)]
 pub struct GpuArgs {
-    /// GPU memory to stay within: bytes, kB, KiB, MB, MiB, GB, GiB, or % of the device's memory, as in 2GiB. By default what
-    /// the driver grants, on a CPU at most half of the free memory.
+    /// GPU memory to stay within: bytes, kB, KiB, MB, MiB, GB, GiB, or % of the device's memory, as in 2GiB. By default
+    /// 95 % of what the driver says is left; where the device shares the host's memory, at most half of what is free.
     #[arg(long, value_name = "SIZE", value_parser = limit)]
     vram_budget: Option<Limit>,
 

@@ -48,7 +48,7 @@ pub fn budget_source(source: BudgetSource) -> String {
         BudgetSource::Driver(source) => source.into(),
         BudgetSource::Limit(limit) => flag(limit),
         BudgetSource::Heap(limit) => format!("the heap, which is smaller than {}", flag(limit)),
-        BudgetSource::Host => "half of the host's free memory, since the device is a CPU".into(),
+        BudgetSource::Host => "half of the host's free memory, which the device shares".into(),
     }
 }
 

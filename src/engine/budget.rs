@@ -26,7 +26,7 @@ pub enum BudgetSource {
     Limit(Limit),
     /// The heap, which is smaller than that limit.
     Heap(Limit),
-    /// Half of what the host has free: on a CPU, the device's memory is the host's, which has to hold the rest as well.
+    /// Half of what the host has free, where the device's memory is the host's, which has to hold the rest as well.
     Host,
 }
 
@@ -38,8 +38,7 @@ pub(crate) fn of_host(asked: Option<Limit>, free: u64, kind: DeviceKind, budget:
         Some(Limit::Bytes(bytes)) => bytes,
         Some(Limit::Percent(share)) => (free as f64 * share / 100.0) as u64,
         None => {
-            let is_shared = kind.is_software();
-            let of_device = if is_shared {
+            let of_device = if kind.shares_host_memory() {
                 budget.bytes.min(free / 2)
             } else {
                 0
@@ -51,7 +50,7 @@ pub(crate) fn of_host(asked: Option<Limit>, free: u64, kind: DeviceKind, budget:
 
 impl Budget {
     /// The budget that the user allows, but never more than the device's heap holds; without a limit, what the driver
-    /// grants, but no more than half of what the host has free where the device is a CPU.
+    /// leaves, but no more than half of what the host has free where the device's memory is the host's.
     pub(crate) fn of(device: &Device, asked: Option<Limit>, free: u64) -> Budget {
         match asked {
             Some(limit) => Budget::limited(limit, device.summary.device_local_bytes),
@@ -86,7 +85,7 @@ impl Budget {
             bytes: free / 2,
             source: BudgetSource::Host,
         };
-        if kind.is_software() && of_host.bytes < granted.bytes {
+        if kind.shares_host_memory() && of_host.bytes < granted.bytes {
             of_host
         } else {
             granted
@@ -118,13 +117,14 @@ mod tests {
     }
 
     #[test]
-    fn by_default_a_cpu_gets_half_of_the_free_memory_if_the_driver_grants_more() {
+    fn by_default_a_device_gets_at_most_half_of_the_free_memory_that_it_shares() {
         let driver = BudgetSource::Driver("the driver");
         for (kind, free, bytes, source) in [
             (DeviceKind::Discrete, 1000, 6000, driver),
             (DeviceKind::Cpu, 16_000, 6000, driver),
             (DeviceKind::Cpu, 12_000, 6000, driver),
             (DeviceKind::Cpu, 10_000, 5000, BudgetSource::Host),
+            (DeviceKind::Integrated, 10_000, 5000, BudgetSource::Host),
         ] {
             let budget = Budget::by_default((6000, "the driver"), kind, free);
             assert_eq!(budget, Budget { bytes, source }, "{kind}, {free} free");
@@ -134,11 +134,13 @@ mod tests {
     #[test]
     fn the_host_keeps_half_of_what_the_device_leaves_of_its_memory() {
         let (cpu, gpu) = (DeviceKind::Cpu, DeviceKind::Discrete);
+        let integrated = DeviceKind::Integrated;
         for (asked, kind, budget, bytes) in [
             (Some(Limit::Bytes(20_000)), cpu, 4000, 20_000),
             (Some(Limit::Percent(30.0)), cpu, 4000, 3000),
             (None, gpu, 4000, 5000),
             (None, cpu, 4000, 3000),
+            (None, integrated, 4000, 3000),
             // Of a budget above half of what is free, that half is counted.
             (None, cpu, 9000, 2500),
         ] {

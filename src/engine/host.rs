@@ -12,7 +12,7 @@ use crate::render::{Choice, Peak, Plan, Planner, peak};
 use crate::scene::volume::Volume;
 use crate::scene::{Scene, surface};
 
-/// Which device to open, and how. By default the best one, with as much memory as its driver grants.
+/// Which device to open, and how. By default the best one, with as much memory as its driver leaves.
 #[derive(Debug, Clone, Default)]
 pub struct HostOptions {
     /// The device's name, a part of it, or its index in `isolume info`.
@@ -91,8 +91,12 @@ impl Host {
         size: [u32; 2],
         with_sums: bool,
     ) -> Result<()> {
-        let is_software = self.device.summary.kind.is_software();
-        let of_device = if is_software { plan.bytes() } else { 0 };
+        let kind = self.device.summary.kind;
+        let of_device = if kind.shares_host_memory() {
+            plan.bytes()
+        } else {
+            0
+        };
         let of_bricks = plan.bricks.as_ref().map_or(0, |layout| {
             let all = u64::from(layout.total()) * layout.brick_bytes(volume.stored.bytes());
             all.min(self.ram_budget)

@@ -198,8 +198,9 @@ impl Device {
             .contains(vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR)
     }
 
-    /// Bytes that Isolume may use unless a limit is set: what the driver says is left, or 80 % of the device-local
-    /// heap where it does not say; and the source of that number in words.
+    /// Bytes that Isolume may use unless a limit is set: 95 % of what the driver says is left, or 80 % of the device-local
+    /// heap where it does not say; and the source of that number in words. A plan does not count what drivers take for
+    /// themselves, such as compiled passes and the padding of allocations.
     pub fn default_budget(&self) -> (u64, &'static str) {
         let mut budget = vk::PhysicalDeviceMemoryBudgetPropertiesEXT::default();
         let mut memory = vk::PhysicalDeviceMemoryProperties2::default();
@@ -215,10 +216,8 @@ impl Device {
         let memory = memory.memory_properties;
         let heap = device_local_heap(&memory);
         if self.has_memory_budget {
-            (
-                budget.heap_budget[heap].saturating_sub(budget.heap_usage[heap]),
-                "the driver",
-            )
+            let left = budget.heap_budget[heap].saturating_sub(budget.heap_usage[heap]);
+            (left / 20 * 19, "95 % of what the driver says is left")
         } else {
             (
                 memory.memory_heaps[heap].size / 5 * 4,

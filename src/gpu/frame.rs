@@ -152,7 +152,7 @@ impl Frame {
                 self.queries,
                 0,
                 &mut ticks,
-                vk::QueryResultFlags::TYPE_64,
+                vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
             )?
         };
         let us = |from: u64, to: u64| {

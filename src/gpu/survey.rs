@@ -21,9 +21,14 @@ pub enum DeviceKind {
 
 impl DeviceKind {
     /// Whether shaders run on the host's processor. Such a device is some hundred times as slow as a GPU, has few
-    /// threads, reads storage images faster than textures, and shares its memory with the host.
+    /// threads, and reads storage images faster than textures.
     pub fn is_software(self) -> bool {
         self == DeviceKind::Cpu
+    }
+
+    /// Whether the device's memory is the host's as well.
+    pub fn shares_host_memory(self) -> bool {
+        matches!(self, DeviceKind::Cpu | DeviceKind::Integrated)
     }
 }
 
