@@ -28,6 +28,9 @@ const REST_AFTER: Duration = Duration::from_millis(180);
 
 /// The cache is marched again when filling has taken this many times as long as the last march.
 const MARCH_SHARE: f64 = 3.0;
+/// Samples that refine the picture are shown again when they have taken this many times as long as showing them, for which the
+/// picture is downloaded.
+const SHOWING_SHARE: f64 = 3.0;
 /// The picture counts as finished at this relative error, or when it has had all its samples.
 const PICTURE_ERROR: f64 = 0.01;
 
@@ -47,6 +50,8 @@ pub struct ProgressivePicture {
     filled_since: Instant,
     /// The march with all pixels and rays, while samples refine it.
     refinement: Option<Refinement>,
+    /// Samples that come before this time are not shown yet.
+    next_showing: Instant,
     /// Samples a pixel, at rest.
     most_samples: u32,
     /// Relative error of the picture at rest; not finite while it is unknown.
@@ -84,6 +89,7 @@ impl ProgressivePicture {
             rays_shown: 0,
             filled_since: Instant::now(),
             refinement: None,
+            next_showing: Instant::now(),
             most_samples,
             relative_error: f64::INFINITY,
             is_shown: false,
@@ -229,14 +235,24 @@ impl ProgressivePicture {
             self.show(engine, shown)?;
             self.rays_shown = rays;
         }
-        self.doing = if rays < RAYS_PER_PIXEL && light::shows_edges(engine) {
-            Doing::marching()
-        } else if light::cache_is_converged(engine) {
+        if rays < RAYS_PER_PIXEL && light::shows_edges(engine) {
+            self.march_again();
+            return Ok(is_better);
+        }
+        self.doing = if light::cache_is_converged(engine) {
             self.refining(engine)?
         } else {
             Doing::Filling
         };
         Ok(is_better)
+    }
+
+    /// Begins to march another ray of each pixel, in slices as long as those of the last one have become.
+    fn march_again(&mut self) {
+        if let Doing::Marching { slices, began } = &mut self.doing {
+            slices.restart(RESTING_MS);
+            *began = Instant::now();
+        }
     }
 
     fn fill_on(&mut self, engine: &mut Engine) -> Result<bool> {
@@ -265,13 +281,46 @@ impl ProgressivePicture {
     }
 
     fn refine_on(&mut self, engine: &mut Engine, shown: &Image) -> Result<bool> {
-        engine.set_slice_ms(RESTING_MS);
-        let samples = engine.totals().samples;
-        let left = self.most_samples.saturating_sub(samples);
-        let unit = sixteenth(samples).min(left).max(1);
-        if !engine.advance_unit(unit)? {
+        if !self.take_samples(engine)? || !self.is_showing_due(engine.totals().samples) {
             return Ok(false);
         }
+        let began = Instant::now();
+        self.show_samples(engine, shown)?;
+        self.next_showing = Instant::now() + began.elapsed().mul_f64(SHOWING_SHARE);
+        if self.is_good_enough(engine.totals().samples) {
+            self.doing = Doing::Nothing;
+        }
+        Ok(true)
+    }
+
+    /// Takes samples for about the time of a frame's work: a fast device takes many in it. Returns whether the last one has
+    /// ended.
+    fn take_samples(&mut self, engine: &mut Engine) -> Result<bool> {
+        engine.set_slice_ms(RESTING_MS);
+        let began = Instant::now();
+        loop {
+            let samples = engine.totals().samples;
+            let left = self.most_samples.saturating_sub(samples);
+            let unit = sixteenth(samples).min(left).max(1);
+            if !engine.advance_unit(unit)? {
+                return Ok(false);
+            }
+            let has_time = began.elapsed().as_secs_f64() * 1e3 < RESTING_MS / 2.0;
+            if !has_time || self.is_showing_due(engine.totals().samples) {
+                return Ok(true);
+            }
+        }
+    }
+
+    /// Whether so many samples are to be shown now: they can be compared with the march, or are the last ones, or those that
+    /// are shown are old.
+    fn is_showing_due(&self, samples: u32) -> bool {
+        let can_be_compared = self.refinement.as_ref().is_some_and(|r| r.is_due(samples));
+        can_be_compared || samples >= self.most_samples || Instant::now() >= self.next_showing
+    }
+
+    /// Shows the samples so far, and finds out how good they are.
+    fn show_samples(&mut self, engine: &mut Engine, shown: &Image) -> Result<()> {
         let totals = engine.totals();
         let is_trusted = totals.units >= UNITS_TO_TRUST;
         let film = if is_trusted || self.refinement.is_some() {
@@ -284,10 +333,7 @@ impl ProgressivePicture {
         }
         self.show_film(engine, shown, film)?;
         self.refinement.take_if(|r| r.is_over(totals.samples));
-        if self.is_good_enough(totals.samples) {
-            self.doing = Doing::Nothing;
-        }
-        Ok(true)
+        Ok(())
     }
 
     /// Encodes the latest picture for display.
