@@ -162,13 +162,12 @@ impl Surface {
             }
             vk::Extent2D { width, height } => [width, height],
         };
-        // One more than the window system holds back: with fewer, each frame waits until another has been shown.
-        let wanted = capabilities.min_image_count + 1;
+        let least = capabilities.min_image_count.max(2);
         Ok(Shape {
             extent: extent.map(|n| n.max(1)),
             images: match capabilities.max_image_count {
-                0 => wanted,
-                most => wanted.min(most),
+                0 => least,
+                most => least.min(most),
             },
             transform: capabilities.current_transform,
             alpha: composite_alpha(capabilities.supported_composite_alpha),
