@@ -132,10 +132,16 @@ void aim_at_sun(inout Path path, inout Random random) {
     aim_shadow_ray(path, sun.towards, shadow_roulette(radiance, random), NOTHING);
 }
 
-// Whether the path continues after an event, with Russian roulette where nothing else ends it.
-bool survives(inout Path path, inout Random random) {
+// Whether the path continues after an event, with Russian roulette where nothing else ends it. After MANY reflections, a
+// further one may end a path whatever its throughput: in a closed surface that absorbs nothing it would go on for ever.
+bool survives(inout Path path, bool is_reflected, inout Random random) {
     const float LEAST = 0.4;
+    const uint MANY = 1024u;
+    const float GOES_ON = 0.999;
     if (scene.max_bounces == 0u) {
+        if (is_reflected && path.bounces - path.collisions > MANY) {
+            path.throughput *= roulette(GOES_ON, 1.0, random);
+        }
         path.throughput *= roulette(max_component(path.throughput), LEAST, random);
     }
     return max_component(path.throughput) > 0.0;
@@ -216,7 +222,7 @@ void deflect(inout Path path, inout Random random) {
         aim_shadow_ray(path, light.towards, shadow_roulette(radiance, random), start_surface);
     }
     vec3 direction = sample_direction(path, s, numbers_for_direction(path, random).xyz);
-    if (survives(path, random)) {
+    if (survives(path, s.is_surface, random)) {
         redirect(path, direction, start_surface, random);
     } else {
         end_path(path);

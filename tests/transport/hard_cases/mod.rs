@@ -1,5 +1,6 @@
 //! Cases that break volume renderers, each under its own name.
 
+mod closed_surfaces;
 mod data;
 mod depth;
 mod many_surfaces;
