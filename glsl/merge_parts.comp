@@ -10,6 +10,7 @@
 #include "cache.glsl"
 #include "coarse.glsl"
 #include "flux_out.glsl"
+#include "nodes.glsl"
 #include "pages.glsl"
 #include "push.glsl"
 #include "turns.glsl"

@@ -94,13 +94,8 @@ bool has_suns_already(Path path) {
 }
 
 bool begin_item(inout Path path) {
-    uint items = first_item_of(push.turns);
-    // Slots ask again in every dispatch until the longest path has ended: the counter must not wrap around.
-    if (counters.count.next >= items) {
-        return false;
-    }
-    uint item = atomicAdd(counters.count.next, 1u);
-    if (item >= items) {
+    uint item;
+    if (!next_item(first_item_of(push.turns), item)) {
         return false;
     }
     uint index = turn_of(item);

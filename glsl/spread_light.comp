@@ -11,6 +11,7 @@
 #include "bricks.glsl"
 #include "cache.glsl"
 #include "flux_out.glsl"
+#include "nodes.glsl"
 #include "pages.glsl"
 #include "push.glsl"
 
@@ -34,8 +35,7 @@ bool may_be_old(ivec3 node) {
 // guess.
 Light light_of(ivec3 node, uint side) {
     const Light NONE = Light(vec4(0.0), mat3(0.0), false);
-    bool is_node = all(greaterThanEqual(node, ivec3(0))) && all(lessThan(node, ivec3(scene.cache_nodes)));
-    if (!is_node || !has_memory(node) || !is_on_side(node, side) || may_be_old(node)) {
+    if (!is_in_lattice(node) || !has_memory(node) || !is_on_side(node, side) || may_be_old(node)) {
         return NONE;
     }
     ivec3 texel = node_texel(node);
@@ -82,8 +82,7 @@ void main() {
     bvec3 is_done = lessThan(uvec3(0u, 1u, 2u), uvec3(push.axis));
     ivec3 i = ivec3(gl_LocalInvocationID);
     ivec3 node = BRICK * unpacked(brick.position) + mix(2 * i + e, i, is_done);
-    bool exists = all(lessThan(i, mix(ivec3(BRICK / 2), ivec3(BRICK), is_done)))
-               && all(lessThan(node, ivec3(scene.cache_nodes)));
+    bool exists = all(lessThan(i, mix(ivec3(BRICK / 2), ivec3(BRICK), is_done))) && is_in_lattice(node);
     if (brick.filled != FILLED_COARSE || !exists) {
         return;
     }

@@ -45,11 +45,6 @@ vec2 range_of_macrocells(Span span) {
     return range_between(min(ivec3(span.low) / MACROCELL, last), min(ivec3(span.high) / MACROCELL, last));
 }
 
-// The last cube along each axis; the node behind it has none of its own.
-ivec3 last_cube() {
-    return max(ivec3(scene.cache_nodes) - 2, 0);
-}
-
 bool may_mark(Span span);
 uint marks_of(ivec3 cube);
 // `is_possible`: some cube of the node's brick may set a bit.
@@ -155,7 +150,7 @@ void main() {
     ivec3 cube = first + ivec3(gl_LocalInvocationID);
     bool exists = all(lessThanEqual(cube, last_cube()));
     uint marks = is_possible && exists ? marks_of(cube) : NOTHING_MARKED;
-    bool is_node = all(lessThan(cube, ivec3(scene.cache_nodes)));
+    bool is_node = is_in_lattice(cube);
     if (is_node) {
         examine(cube, is_possible);
     }

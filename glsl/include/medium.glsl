@@ -5,11 +5,8 @@
 #include "scene.glsl"
 #include "volume.glsl"
 
-// The transfer function has a column for each point: value, 1 / (distance to the next value), opacity, the next
-// point's opacity; below it the colour and, in a, the integral of opacity over values up to the point; below that the
-// integral of opacity times colour. The last point stands twice. The last row has a column for each bin of values:
-// the first point that matters in it, and how many do (src/render/parts/transfer_table.rs). (An image and not a
-// buffer: lavapipe reads buffers thread by thread.)
+// Rows and columns are those of `transfer_texels` (src/render/parts/transfer_table.rs). (An image and not a buffer:
+// lavapipe reads buffers thread by thread.)
 LOADED_AS(rgba32f) uniform texels2D transfer;
 
 vec4 transfer_values(int point) {

@@ -24,12 +24,7 @@ bool take_item(inout Path path, out uint item) {
     item = path.item - 1u;
     return item < streaming.now.end_item;
 #else
-    // Slots ask again in every dispatch until the longest path has ended: the counter must not wrap around.
-    if (counters.count.next >= item_count()) {
-        return false;
-    }
-    item = atomicAdd(counters.count.next, 1u);
-    return item < item_count();
+    return next_item(item_count(), item);
 #endif
 }
 

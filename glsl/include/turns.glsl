@@ -75,7 +75,3 @@ ivec3 node_at(uint turn, uint place, uint index) {
     offset.x = 2 * offset.x + (offset.y + offset.z + int(push.nodes_half) & 1);
     return low + offset;
 }
-
-bool is_in_lattice(ivec3 node) {
-    return all(lessThan(node, ivec3(scene.cache_nodes)));
-}

@@ -8,7 +8,7 @@ use super::picture::Picture;
 use crate::error::{DeviceError, Error, Place, Result};
 use crate::gpu::{Device, DeviceChoice, DeviceSummary, Memory, Shaders, Validation};
 use crate::render::shared;
-use crate::render::{Choice, Peak, Plan, Planner, peak};
+use crate::render::{Choice, GpuScene, Peak, Plan, Planner, needed_bricks, peak};
 use crate::scene::volume::Volume;
 use crate::scene::{Scene, surface};
 
@@ -80,6 +80,11 @@ impl Host {
     /// not even the smallest variant fits, or where the one that the scene asks for does not.
     pub fn plan(&self, volume: &Volume, scene: &Scene) -> Result<Choice> {
         self.plan_beside(volume, scene, 0)
+    }
+
+    /// Volume bricks in which the medium scatters or a surface shows.
+    pub fn needed_bricks(&self, volume: &Volume, scene: &Scene) -> u32 {
+        needed_bricks(&GpuScene::new(scene, volume, 0), volume)
     }
 
     /// Fails where the host has too little memory for the picture of this size that a plan for the volume is for, without or

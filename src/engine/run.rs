@@ -8,7 +8,7 @@ use super::Engine;
 use super::estimates::Estimates;
 use super::schedule::{next_unit, units_together};
 use super::stop::{Sampled, Stop, StopReason, with_delay};
-use super::stopwatch::{Stopwatch, after};
+use super::stopwatch::Stopwatch;
 use crate::error::{Error, Lacking, Result};
 use crate::render::{Film, Until};
 
@@ -227,10 +227,8 @@ impl Engine {
 impl<'a> Run<'a> {
     /// Until the interruption, or until so much `time` is over, of which work has `spent` some.
     pub(super) fn until(&self, time: Option<Duration>, spent: Duration) -> Until<'a> {
-        Until {
-            interrupt: self.interrupt,
-            deadline: time.and_then(|time| after(time.saturating_sub(spent))),
-        }
+        let left = time.map(|time| time.saturating_sub(spent));
+        Until::within(self.interrupt, left)
     }
 
     pub(super) fn call_between(&mut self, engine: &mut Engine) -> Result<()> {

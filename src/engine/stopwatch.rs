@@ -53,8 +53,3 @@ impl Stopwatch {
             .get_or_insert_with(|| (Instant::now(), ProcessTime::now()));
     }
 }
-
-/// The moment after so much time; `None` if it is farther away than the clock counts.
-pub(super) fn after(time: Duration) -> Option<Instant> {
-    Instant::now().checked_add(time)
-}

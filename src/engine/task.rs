@@ -4,7 +4,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use super::stop::Stop;
-use super::stopwatch::after;
 use crate::render::Until;
 
 /// Pictures to be rendered.
@@ -29,10 +28,7 @@ impl<'a> Task<'a> {
 
     /// Until the interruption, or until so much time is over.
     pub(super) fn until(&self, time: Option<Duration>) -> Until<'a> {
-        Until {
-            interrupt: Some(self.interrupt),
-            deadline: time.and_then(after),
-        }
+        Until::within(Some(self.interrupt), time)
     }
 
     /// Until the interruption, or until a first sample is too late.

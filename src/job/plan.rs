@@ -8,7 +8,7 @@ use crate::cli::{PlanArgs, budget_source};
 use crate::engine::{Host, Picture};
 use crate::error::Result;
 use crate::output::to_json;
-use crate::render::{BrickLayout, Choice, GpuScene, Plan, needed_bricks};
+use crate::render::{BrickLayout, Choice, Plan};
 use crate::scene::Opened;
 
 #[derive(Serialize)]
@@ -80,7 +80,7 @@ pub fn plan(args: &PlanArgs) -> Result<u8> {
     } = host.plan(volume, scene)?;
     let budget = host.budget();
     let bricks = plan.bricks.map(|layout| {
-        let needed = needed_bricks(&GpuScene::new(scene, volume, 0), volume);
+        let needed = host.needed_bricks(volume, scene);
         Bricks::of(&layout, needed, volume.stored.bytes(), host.ram_budget())
     });
     let printed = Printed {

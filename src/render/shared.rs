@@ -18,7 +18,6 @@ use crate::gpu::types::*;
 use crate::shared;
 
 pub use super::constants::*;
-pub use crate::scene::surface::MOST_SURFACES;
 
 shared! {
     all STRUCTS:

@@ -1,7 +1,7 @@
 //! The condition on which work that takes many dispatches stops.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Work ends with the dispatch under way once a flag is raised or a moment has come.
 #[derive(Debug, Clone, Copy)]
@@ -9,6 +9,16 @@ pub struct Until<'a> {
     /// `None` for work that an interruption has to wait for.
     pub interrupt: Option<&'a AtomicBool>,
     pub deadline: Option<Instant>,
+}
+
+impl<'a> Until<'a> {
+    /// Ends at the interruption, or after `time`; `None`, or a time that the clock cannot count, sets no deadline.
+    pub fn within(interrupt: Option<&'a AtomicBool>, time: Option<Duration>) -> Until<'a> {
+        Until {
+            interrupt,
+            deadline: time.and_then(|time| Instant::now().checked_add(time)),
+        }
+    }
 }
 
 impl Until<'_> {

@@ -97,6 +97,11 @@ impl Cache {
         expected.seconds_per_path() * paths as f64 / f64::from(samples)
     }
 
+    /// Seconds that the next batch is expected to take.
+    pub fn seconds_of_next_batch(&self) -> f64 {
+        self.seconds_per_update() * f64::from(next_batch_size(self.filling.updates))
+    }
+
     /// Whether there is light, the bricks of this view have been weighed, no batch is under way, and every node has had the
     /// paths that its brick's share requires.
     pub fn is_caught_up(&self) -> bool {

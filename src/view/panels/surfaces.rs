@@ -5,7 +5,7 @@ use egui::{ComboBox, Ui};
 use super::presets::glossy;
 use super::transfer::histogram;
 use super::{color, display, slider};
-use crate::render::shared::MOST_SURFACES;
+use crate::scene::surface::MOST_SURFACES;
 use crate::scene::{Isosurface, LightModel, Normals, Shading};
 use crate::view::session::Session;
 
