@@ -29,7 +29,7 @@ void examine(ivec3 node, bool is_possible) {
     side = side_of_surfaces(inside_of_range(is_possible ? vec2(volume_value(g)) : macrocell_range(macrocell)));
 }
 
-void keep(ivec3 node) {
+void store_examined(ivec3 node) {
     uvec2 word = side_bits_of(node);
     atomicOr(bits.at[word.x], side << word.y);
 }

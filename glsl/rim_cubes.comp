@@ -101,4 +101,4 @@ uint marks_of(ivec3 cube) {
 }
 
 void examine(ivec3 node, bool is_possible) {}
-void keep(ivec3 node) {}
+void store_examined(ivec3 node) {}

@@ -1,6 +1,6 @@
 //! Signals: Ctrl-C and SIGTERM end a run, SIGUSR1 asks for a checkpoint.
 //!
-//! While there is nothing to keep, as in loading and compiling, an interruption ends the process at once. Later the first
+//! While there is nothing to write, as in loading and compiling, an interruption ends the process at once. Later the first
 //! one ends the work with the dispatch under way, and what there is gets written; a Ctrl-C after that ends the process
 //! without writing. Files under temporary names go first, so that none is left behind. Another SIGTERM changes nothing:
 //! schedulers send it to a script and to the program that it runs, and the script hands it on. Nor does a Ctrl-C that comes
@@ -28,7 +28,7 @@ const AT_ONCE: Duration = Duration::from_millis(100);
 /// Whether SIGUSR1 has arrived.
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 /// Whether there is something to write when an interruption comes.
-static KEEPS: AtomicBool = AtomicBool::new(false);
+static FINISHES: AtomicBool = AtomicBool::new(false);
 
 /// From now on an interruption ends the process at once, with a sentence.
 pub fn catch_signals() {
@@ -36,8 +36,8 @@ pub fn catch_signals() {
 }
 
 /// From now on an interruption ends the work under way, and what there is gets written.
-pub fn keep_work() {
-    KEEPS.store(true, Ordering::Relaxed);
+pub fn finish_on_interrupt() {
+    FINISHES.store(true, Ordering::Relaxed);
 }
 
 pub fn is_interrupted() -> bool {
@@ -76,22 +76,22 @@ pub fn takes_request() -> bool {
 
 /// An interruption with an exit status has come.
 fn interrupt(status: u8) {
-    let keeps = KEEPS.load(Ordering::Relaxed);
+    let finishes = FINISHES.load(Ordering::Relaxed);
     let is_first = !INTERRUPTED.load(Ordering::Relaxed);
     let is_the_same = || FIRST.get().is_some_and(|first| first.elapsed() < AT_ONCE);
-    if keeps && !is_first && (status == TERMINATED_STATUS || is_the_same()) {
+    if finishes && !is_first && (status == TERMINATED_STATUS || is_the_same()) {
         return;
     }
     // The status is stored before the flag, so that a thread that sees the flag sees the status, too.
     STATUS.store(status, Ordering::Relaxed);
-    INTERRUPTED.store(keeps, Ordering::Release);
-    if keeps && is_first {
+    INTERRUPTED.store(finishes, Ordering::Release);
+    if finishes && is_first {
         FIRST.get_or_init(Instant::now);
         return;
     }
     temporary::remove_all();
     // A closed stderr must not keep the process alive.
-    let when = if keeps {
+    let when = if finishes {
         " again before the outputs were written"
     } else {
         ""

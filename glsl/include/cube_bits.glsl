@@ -1,7 +1,7 @@
 // Sets a bit for some of the cache's cubes; all bits are zero before. A workgroup handles a brick, a thread a cube. A
 // shader that includes this file decides which bits are set: it defines `may_mark` and `marks_of`, and, before the include,
-// WORDS_A_BRICK. It can also compute a value for each node in `examine`; `keep` stores it once no brick of the volume is
-// missing.
+// WORDS_A_BRICK. It can also compute a value for each node in `examine`; `store_examined` stores it once no brick of the volume
+// is missing.
 
 #include "scene.glsl"
 #include "bricks.glsl"
@@ -49,7 +49,7 @@ bool may_mark(Span span);
 uint marks_of(ivec3 cube);
 // `is_possible`: some cube of the node's brick may set a bit.
 void examine(ivec3 node, bool is_possible);
-void keep(ivec3 node);
+void store_examined(ivec3 node);
 
 void set_bits(uint word, uint mask) {
     uint before = atomicOr(bits.at[word], mask);
@@ -166,7 +166,7 @@ void main() {
         }
     }
     if (!has_missed && is_node) {
-        keep(cube);
+        store_examined(cube);
     }
     if (!has_missed && marks == CUBE_MARKED) {
         set_bit(cube);

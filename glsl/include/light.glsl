@@ -103,7 +103,7 @@ LightSample sample_image(vec2 u, uint word, float pick) {
     // The high word of a product: a float's 24 bits would favour some cells.
     uint cell, rest;
     umulExtended(word, cells.x * cells.y, cell, rest);
-    if (pick >= environment_table.at[cell].keep) {
+    if (pick >= environment_table.at[cell].threshold) {
         cell = environment_table.at[cell].alias;
     }
     // Uniform in solid angle within the cell: uniform in azimuth and in cos of the polar angle.

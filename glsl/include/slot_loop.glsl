@@ -22,7 +22,7 @@ bool begin_item(inout Path path);
 void begin_sample(inout Path path);
 // Is called when all of the item's paths have ended.
 void finish_item(inout Path path);
-// What the shader knows of an item besides its path: fetches it from memory and keeps it there, and holds it while a step is
+// What the shader knows of an item besides its path: fetches it from memory and stores it there, and holds it while a step is
 // taken, which may have to be undone.
 void load_item(uint slot, Path path);
 void store_item(uint slot, Path path);
@@ -55,7 +55,7 @@ void main() {
         report(slot, true, false);
         return;
     }
-    Path path = path_of(slot);
+    Path path = load_path(slot);
     load_item(slot, path);
     uint finished = 0u;
     bool working = true;
@@ -91,7 +91,7 @@ void main() {
         }
     }
     path.missing = first_missing;
-    keep(slot, path);
+    store_path(slot, path);
     store_item(slot, path);
     report_item(path.item);
     if (working) {

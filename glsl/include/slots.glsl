@@ -11,7 +11,7 @@ bool is_idle(Path path) {
     return path.stage == STAGE_IDLE && path.samples_left == 0u && path.item == 0u;
 }
 
-Path path_of(uint slot) {
+Path load_path(uint slot) {
     Path path;
     path.stage = paths.at[slot].stage;
     path.samples_left = paths.at[slot].samples_left;
@@ -22,7 +22,7 @@ Path path_of(uint slot) {
     return path;
 }
 
-void keep(uint slot, Path path) {
+void store_path(uint slot, Path path) {
     if (is_idle(path)) {
         paths.at[slot].stage = path.stage;
         paths.at[slot].samples_left = path.samples_left;

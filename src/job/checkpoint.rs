@@ -1,4 +1,4 @@
-//! Keeps a render's state on disk while it works: at intervals, when SIGUSR1 asks for it, and at its end.
+//! Writes a render's state to disk while it works: at intervals, when SIGUSR1 asks for it, and at its end.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -17,8 +17,8 @@ use crate::shard::{
     State,
 };
 
-/// The render whose state is kept.
-pub struct KeptRender<'a> {
+/// The render whose state is written.
+pub struct CheckpointedRender<'a> {
     pub args: &'a RenderArgs,
     pub opened: &'a Opened,
     pub views: &'a [View],
@@ -27,10 +27,10 @@ pub struct KeptRender<'a> {
     pub is_variant_open: bool,
 }
 
-/// A checkpoint and the state of keeping it.
-pub struct Keeper<'a> {
+/// A checkpoint and the state of writing it.
+pub struct CheckpointWriter<'a> {
     path: &'a Path,
-    kept: KeptRender<'a>,
+    render: CheckpointedRender<'a>,
     found: Found,
     /// Paths of earlier runs, for the cache and for the picture that have been restored.
     restored_paths: u64,
@@ -59,7 +59,7 @@ pub struct Earlier {
 enum FillState {
     UnderWay,
     /// The checkpoint holds the state in which an interruption has found the filling, after a whole batch.
-    Kept,
+    Written,
     /// Some nodes have had a batch and some not, so the cache cannot be continued.
     Interrupted,
     /// `is_saved`: the state of the filled cache is on disk.
@@ -68,7 +68,7 @@ enum FillState {
     },
 }
 
-impl<'a> Keeper<'a> {
+impl<'a> CheckpointWriter<'a> {
     /// Continues from the checkpoint, if there is one, and restores the cache. `fingerprints` has only the volume's so far.
     ///
     /// # Errors
@@ -76,12 +76,12 @@ impl<'a> Keeper<'a> {
     /// If the checkpoint belongs to another render, or is damaged.
     pub fn begin(
         path: &'a Path,
-        kept: KeptRender<'a>,
+        render: CheckpointedRender<'a>,
         found: Found,
         engine: &mut Engine,
         mut fingerprints: Fingerprints,
-    ) -> Result<Keeper<'a>> {
-        let KeptRender { opened, views, .. } = kept;
+    ) -> Result<CheckpointWriter<'a>> {
+        let CheckpointedRender { opened, views, .. } = render;
         let volume = &fingerprints.volume;
         let (identity, text) = identified(engine, opened, &opened.scene, volume)?;
         let number = found.state().map_or(1, |state| state.picture);
@@ -90,7 +90,7 @@ impl<'a> Keeper<'a> {
         let (picture, picture_text) = identified(engine, opened, scene, volume)?;
         let is_png = |file: &PathBuf| matches!(Format::of(file), Ok(Format::Png));
         let has_pngs = views.iter().flat_map(|view| &view.files).any(is_png);
-        let manner = Manner::of(&kept.stop, &opened.scene.render, has_pngs);
+        let manner = Manner::of(&render.stop, &opened.scene.render, has_pngs);
         let wanted = |identity, scene| Named {
             name: "this render",
             identity,
@@ -99,7 +99,7 @@ impl<'a> Keeper<'a> {
         found.check(
             &wanted(&picture, &picture_text),
             &wanted(&identity, &text),
-            &kept.stop,
+            &render.stop,
             &manner,
             views.len(),
         )?;
@@ -113,7 +113,7 @@ impl<'a> Keeper<'a> {
         runs.push(RunOf::begun_now(engine));
         fingerprints.fill = found.fill();
         fingerprints.devices_before = found.devices();
-        Ok(Keeper {
+        Ok(CheckpointWriter {
             path,
             fingerprints,
             fill_state: if found.is_filled() {
@@ -121,7 +121,7 @@ impl<'a> Keeper<'a> {
             } else {
                 FillState::UnderWay
             },
-            kept,
+            render,
             found,
             restored_paths,
             identity,
@@ -215,7 +215,7 @@ impl<'a> Keeper<'a> {
             if is_saved {
                 return Ok(());
             }
-        } else if self.fill_state != FillState::Kept {
+        } else if self.fill_state != FillState::Written {
             self.fill_state = FillState::Interrupted;
         }
         self.fingerprints.add_fill(engine)
@@ -239,8 +239,8 @@ impl<'a> Keeper<'a> {
             .last_due
             .elapsed()
             .saturating_add(self.time_of_next_batch(engine));
-        let is_due = unwritten >= self.kept.args.checkpoint_every;
-        if self.obstacle().is_some() || self.fill_state == FillState::Kept {
+        let is_due = unwritten >= self.render.args.checkpoint_every;
+        if self.obstacle().is_some() || self.fill_state == FillState::Written {
             return Ok(());
         }
         // A request that comes where nothing can be written waits.
@@ -250,7 +250,7 @@ impl<'a> Keeper<'a> {
         }
         let is_written = noted(self.write(engine, view, watch))?;
         if is_written && is_last {
-            self.fill_state = FillState::Kept;
+            self.fill_state = FillState::Written;
         }
         self.last_due = Instant::now();
         Ok(())
@@ -258,7 +258,7 @@ impl<'a> Keeper<'a> {
 
     /// The moment at which the work is, if the render could not be continued from it.
     fn obstacle(&self) -> Option<&'static str> {
-        if self.kept.is_variant_open {
+        if self.render.is_variant_open {
             Some("before it was known which variant is the fastest")
         } else if self.fill_state == FillState::Interrupted {
             Some("in the middle of a batch of the cache's paths")
@@ -280,7 +280,7 @@ impl<'a> Keeper<'a> {
     pub fn end(&mut self, engine: &mut Engine, view: &View, watch: &Stopwatch) -> Result<()> {
         match self.obstacle() {
             Some(moment) => self.tell_of_none(moment),
-            None if self.fill_state == FillState::Kept => {}
+            None if self.fill_state == FillState::Written => {}
             None => self.write(engine, view, watch)?,
         }
         Ok(())
@@ -293,7 +293,7 @@ impl<'a> Keeper<'a> {
             self.write_cache_aside(engine, &mut outputs)?;
         }
         let (saved, Summed { header, sums }) =
-            Saved::with_sums(engine, view, self.kept.opened, &self.fingerprints)?;
+            Saved::with_sums(engine, view, self.render.opened, &self.fingerprints)?;
         if let Some(run) = self.runs.last_mut() {
             run.seconds = self.began.elapsed().as_secs_f64();
             run.samples = engine.totals().samples;
@@ -302,7 +302,7 @@ impl<'a> Keeper<'a> {
             header,
             settings: settings(engine),
             picture: view.number,
-            pictures: self.kept.views.len() as u32,
+            pictures: self.render.views.len() as u32,
             manner: self.manner.clone(),
             written: self.written.clone(),
             seconds: watch.elapsed().as_secs_f64(),
@@ -326,7 +326,7 @@ impl<'a> Keeper<'a> {
 
     /// Says that no checkpoint was written because of the moment at which the work ended.
     fn tell_of_none(&self, moment: &str) {
-        if self.kept.args.quiet {
+        if self.render.args.quiet {
             return;
         }
         let path = self.path.display();
@@ -346,7 +346,7 @@ impl<'a> Keeper<'a> {
         engine: &mut Engine,
         outputs: &mut Outputs,
     ) -> Result<Option<String>> {
-        let opened = self.kept.opened;
+        let opened = self.render.opened;
         let settings = settings(engine);
         CacheFile::write_aside(
             self.path,

@@ -54,7 +54,7 @@ pub fn make_engine(
     let (trial, fingerprints) =
         clock.time("compile and upload", || compile(args, setup, choice, task))?;
     clock.part("compile", trial.compiling());
-    interrupt::keep_work();
+    interrupt::finish_on_interrupt();
     let mut tried = if trial.is_open() {
         clock.time(TRY_VARIANTS, || trial.end())?
     } else {

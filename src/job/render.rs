@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::time::Duration;
 
-use super::checkpoint::{Earlier, Keeper, KeptRender};
+use super::checkpoint::{CheckpointWriter, CheckpointedRender, Earlier};
 use super::clock::Clock;
 use super::interruptible;
 use super::preparation::{make_engine, open};
@@ -41,27 +41,27 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     let mut render = Render::begin(args, &host, &opened, &views, clock)?;
     render.fill()?;
     let pictures = render.take_pictures();
-    // What has been sampled is kept, also where a picture's file cannot be written.
-    let kept = match &pictures {
+    // The checkpoint is written, also where a picture's file cannot be.
+    let checkpointed = match &pictures {
         Err(error) if !error.is_about_input() => Ok(()),
-        _ => render.keep(),
+        _ => render.write_checkpoint(),
     };
     let (mut outputs, taken) = pictures?;
     host.check_validation()?;
     let Render {
         clock,
         engine,
-        keeper,
+        writer,
         stop,
         progress,
         ..
     } = render;
     progress.finish();
-    let restored_paths = keeper.as_ref().map_or(0, Keeper::restored_paths);
+    let restored_paths = writer.as_ref().map_or(0, CheckpointWriter::restored_paths);
     let mut summary = Summary::of(args, &clock, engine, restored_paths, &taken, &stop);
     summary.write_aside(&mut outputs, &host, &clock)?;
     outputs.commit()?;
-    kept?;
+    checkpointed?;
     if !args.quiet {
         summary.print();
     }
@@ -81,8 +81,8 @@ struct Render<'a> {
     /// cache.
     watch: Stopwatch,
     /// `Some` with `--checkpoint`.
-    keeper: Option<Keeper<'a>>,
-    /// Of shards; with a checkpoint, its keeper has them.
+    writer: Option<CheckpointWriter<'a>>,
+    /// Of shards; with a checkpoint, its writer has them.
     fingerprints: Option<Fingerprints>,
     /// The time that earlier runs have spent on the picture under way, according to the checkpoint.
     earlier: Duration,
@@ -130,21 +130,24 @@ impl<'a> Render<'a> {
             mut watch,
             was_interrupted,
         } = tried;
-        let kept = KeptRender {
+        let render = CheckpointedRender {
             args,
             opened,
             views,
             stop,
             is_variant_open: was_interrupted,
         };
-        let (keeper, fingerprints) = match (&args.checkpoint, found, fingerprints) {
+        let (writer, fingerprints) = match (&args.checkpoint, found, fingerprints) {
             (Some(path), Some(found), Some(fingerprints)) => {
-                let take_up = || Keeper::begin(path, kept, found, &mut engine, fingerprints);
+                let take_up =
+                    || CheckpointWriter::begin(path, render, found, &mut engine, fingerprints);
                 (Some(clock.time("open the checkpoint", take_up)?), None)
             }
             (_, _, fingerprints) => (None, fingerprints),
         };
-        let earlier = keeper.as_ref().map_or(Earlier::default(), Keeper::earlier);
+        let earlier = writer
+            .as_ref()
+            .map_or(Earlier::default(), CheckpointWriter::earlier);
         watch.add(earlier.took, earlier.cpu);
         watch.go_on();
         Ok(Render {
@@ -158,16 +161,20 @@ impl<'a> Render<'a> {
             watch,
             fingerprints,
             earlier: earlier.took,
-            under_way: keeper.as_ref().map_or(0, Keeper::picture),
+            under_way: writer.as_ref().map_or(0, CheckpointWriter::picture),
             is_cut: was_interrupted,
             beginning: None,
-            keeper,
+            writer,
         })
     }
 
     /// Fills the cache, if there is one that has not been filled before.
     fn fill(&mut self) -> Result<()> {
-        if self.keeper.as_ref().is_some_and(Keeper::is_filled) {
+        if self
+            .writer
+            .as_ref()
+            .is_some_and(CheckpointWriter::is_filled)
+        {
             return Ok(());
         }
         let Render { engine, clock, .. } = self;
@@ -179,7 +186,7 @@ impl<'a> Render<'a> {
             progress: &mut self.progress,
         };
         let is_enough = clock.time(FILL_CACHE, || {
-            work.run(self.keeper.as_mut(), |run| engine.fill(run, pictures))
+            work.run(self.writer.as_mut(), |run| engine.fill(run, pictures))
         })?;
         self.is_cut |= !is_enough && is_interrupted();
         // A cache whose time is over gets no more paths either, even if that cut a batch.
@@ -187,9 +194,9 @@ impl<'a> Render<'a> {
             .cache()
             .is_some_and(|cache| cache.filling.updates > 0);
         let is_final = is_enough || has_light && !is_interrupted();
-        match (&mut self.keeper, &mut self.fingerprints) {
-            (Some(keeper), _) => clock.time("write the checkpoint", || {
-                keeper.fill_ended(engine, is_final)
+        match (&mut self.writer, &mut self.fingerprints) {
+            (Some(writer), _) => clock.time("write the checkpoint", || {
+                writer.fill_ended(engine, is_final)
             }),
             (None, Some(fingerprints)) => fingerprints.add_fill(engine),
             (None, None) => Ok(()),
@@ -220,8 +227,8 @@ impl<'a> Render<'a> {
             self.write_aside(view, &mut outputs)?;
             if self.args.orbit.is_some() {
                 std::mem::replace(&mut outputs, Outputs::independent()).commit()?;
-                if let Some(keeper) = &mut self.keeper {
-                    keeper.picture_written(index, &view.files);
+                if let Some(writer) = &mut self.writer {
+                    writer.picture_written(index, &view.files);
                 }
             }
         }
@@ -261,8 +268,8 @@ impl<'a> Render<'a> {
     }
 
     fn has_written(&self, index: usize, view: &View) -> bool {
-        let keeper = self.keeper.as_ref();
-        keeper.is_some_and(|keeper| keeper.has_written(index, &view.files))
+        let writer = self.writer.as_ref();
+        writer.is_some_and(|writer| writer.has_written(index, &view.files))
     }
 
     fn beginning_of(&self, index: usize) -> Beginning {
@@ -278,8 +285,8 @@ impl<'a> Render<'a> {
         let Render { engine, clock, .. } = self;
         self.beginning = None;
         self.watch.pause();
-        if let Some(keeper) = &mut self.keeper {
-            keeper.begin_picture(beginning == Beginning::UnderWay);
+        if let Some(writer) = &mut self.writer {
+            writer.begin_picture(beginning == Beginning::UnderWay);
         }
         if index > 0 {
             let scene = &self.views[index].scene;
@@ -290,8 +297,8 @@ impl<'a> Render<'a> {
             Beginning::Again => {}
             Beginning::UnderWay => {
                 self.watch.go_on();
-                if let Some(keeper) = &mut self.keeper {
-                    clock.time("open the checkpoint", || keeper.restore_picture(engine))?;
+                if let Some(writer) = &mut self.writer {
+                    clock.time("open the checkpoint", || writer.restore_picture(engine))?;
                 }
             }
             Beginning::Next => {
@@ -307,9 +314,9 @@ impl<'a> Render<'a> {
         let Render { engine, clock, .. } = self;
         self.progress.begin_picture(view.number, self.views.len());
         let own_watch = Stopwatch::started();
-        let (keeper, watch) = match beginning {
+        let (writer, watch) = match beginning {
             Beginning::Again => (None, &own_watch),
-            Beginning::UnderWay | Beginning::Next => (self.keeper.as_mut(), &self.watch),
+            Beginning::UnderWay | Beginning::Next => (self.writer.as_mut(), &self.watch),
         };
         let work = Work {
             stop: self.stop,
@@ -317,15 +324,15 @@ impl<'a> Render<'a> {
             watch,
             progress: &mut self.progress,
         };
-        clock.time(RENDER, || work.run(keeper, |run| engine.sample(run, watch)))
+        clock.time(RENDER, || work.run(writer, |run| engine.sample(run, watch)))
     }
 
     /// Writes a picture's files under temporary names.
     fn write_aside(&mut self, view: &View, outputs: &mut Outputs) -> Result<()> {
         let Render { engine, opened, .. } = self;
-        let kept = self.keeper.as_ref().filter(|_| self.args.samples.is_some());
-        let kept = kept.map(|keeper| &keeper.fingerprints);
-        let fingerprints = kept.or(self.fingerprints.as_ref());
+        let writer = self.writer.as_ref().filter(|_| self.args.samples.is_some());
+        let checkpointed = writer.map(|writer| &writer.fingerprints);
+        let fingerprints = checkpointed.or(self.fingerprints.as_ref());
         self.clock.time("save the pictures", || match fingerprints {
             Some(fingerprints) => {
                 let (saved, summed) = Saved::with_sums(engine, view, opened, fingerprints)?;
@@ -336,11 +343,11 @@ impl<'a> Render<'a> {
     }
 
     /// Writes the checkpoint at the end, if the engine has the picture under way.
-    fn keep(&mut self) -> Result<()> {
-        match (&mut self.keeper, self.beginning) {
+    fn write_checkpoint(&mut self) -> Result<()> {
+        match (&mut self.writer, self.beginning) {
             (None, _) | (_, None | Some(Beginning::Again)) => Ok(()),
-            (Some(keeper), Some(Beginning::UnderWay | Beginning::Next)) => {
-                keeper.end(&mut self.engine, &self.views[self.under_way], &self.watch)
+            (Some(writer), Some(Beginning::UnderWay | Beginning::Next)) => {
+                writer.end(&mut self.engine, &self.views[self.under_way], &self.watch)
             }
         }
     }
@@ -355,14 +362,14 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    /// Does what `work` makes the engine do; on its way, the keeper writes checkpoints.
+    /// Does what `work` makes the engine do; on its way, checkpoints are written.
     fn run<T>(
         self,
-        mut keeper: Option<&mut Keeper<'_>>,
+        mut writer: Option<&mut CheckpointWriter<'_>>,
         work: impl FnOnce(&mut Run<'_>) -> Result<T>,
     ) -> Result<T> {
-        let mut between = |engine: &mut Engine| match &mut keeper {
-            Some(keeper) => keeper.step(engine, self.view, self.watch),
+        let mut between = |engine: &mut Engine| match &mut writer {
+            Some(writer) => writer.step(engine, self.view, self.watch),
             None => Ok(()),
         };
         let mut show = |step| self.progress.show(step);

@@ -146,8 +146,8 @@ shared! {
 
     /// A cell of the environment's sampling table (Walker's alias method).
     pub struct EnvironmentEntry {
-        /// Threshold of a random number: below it the cell itself is taken, above it `alias`.
-        pub keep: float,
+        /// Of a random number: below it the cell itself is taken, above it `alias`.
+        pub threshold: float,
         pub alias: uint,
         /// Probability per solid angle, 1/sr, of the cell itself.
         pub pdf: float,

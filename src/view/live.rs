@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::document::Document;
 use super::picture::ProgressivePicture;
 use super::planned::Planned;
-use crate::engine::{Changed, Engine, Host, KeptLight};
+use crate::engine::{Changed, Engine, Host, SavedLight};
 use crate::error::{Error, MemoryError, Place, Result};
 use crate::gpu::{Image, Memory};
 use crate::scene::{Scene, Variant};
@@ -24,7 +24,7 @@ pub struct BuildOrder {
     /// Bytes that the window needs.
     pub for_window: u64,
     /// The light of the renderer before, if it is right for the scene.
-    pub light: Option<KeptLight>,
+    pub light: Option<SavedLight>,
 }
 
 pub struct Live {

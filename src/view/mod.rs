@@ -54,7 +54,7 @@ pub fn view(args: &ViewArgs) -> Result<u8> {
     })?;
     let proxy = event_loop.create_proxy();
     // An interruption closes the window.
-    interrupt::keep_work();
+    interrupt::finish_on_interrupt();
     interrupt::catch_signals_and(move || {
         let _ = proxy.send_event(());
     });

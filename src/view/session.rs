@@ -11,7 +11,7 @@ use super::load::{Load, build};
 use super::report::Report;
 use super::stage::Stage;
 use crate::cli::ViewArgs;
-use crate::engine::{Changed, KeptLight};
+use crate::engine::{Changed, SavedLight};
 use crate::error::{Error, Result};
 use crate::scene::volume::Preview;
 use crate::scene::{Camera, Scene, SceneFile, Variant, describe};
@@ -208,7 +208,7 @@ impl Session {
         stage: &Stage,
         proxy: &EventLoopProxy<()>,
         args: &ViewArgs,
-        light: Option<KeptLight>,
+        light: Option<SavedLight>,
     ) -> Result<Load<Live>> {
         let order = BuildOrder {
             host: stage.host.clone(),

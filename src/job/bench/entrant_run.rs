@@ -86,7 +86,7 @@ impl EntrantRun<'_> {
         outcome.map(drop)
     }
 
-    /// Compares the current picture with the reference; a picture with a name is kept.
+    /// Compares the current picture with the reference; a picture with a name is written.
     pub(super) fn snapshot(
         &mut self,
         bench: &mut Bench<'_>,
@@ -99,7 +99,7 @@ impl EntrantRun<'_> {
         if let Some(name) = &file {
             let device = bench.host.summary().name.clone();
             let from = Provenance::new(self.entrant.text.clone(), bench.seed, device);
-            bench.keep(name, picture, &from)?;
+            bench.write_picture(name, picture, &from)?;
         }
         let seconds = self.watch.elapsed().as_secs_f64();
         let noise = self.references.picture.report.noise.as_ref();

@@ -95,7 +95,7 @@ pub fn bench(args: &BenchArgs) -> Result<u8> {
         outputs: Outputs::default(),
         folder,
     };
-    interrupt::keep_work();
+    interrupt::finish_on_interrupt();
     let mut measured = Vec::new();
     for subject in &subjects {
         match bench.measure(subject, given.as_ref()) {
@@ -169,7 +169,7 @@ impl Bench<'_> {
     }
 
     /// Writes a picture, one of a subject's [`files`](Subject::files), into the report's folder.
-    fn keep(&mut self, name: &str, picture: &Picture, from: &Provenance) -> Result<()> {
+    fn write_picture(&mut self, name: &str, picture: &Picture, from: &Provenance) -> Result<()> {
         self.outputs.exr(&self.folder.file(name), picture, from)
     }
 

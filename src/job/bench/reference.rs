@@ -82,7 +82,7 @@ impl Reference {
         let picture = engine.picture()?;
         let device = bench.host.summary().name.clone();
         let provenance = Provenance::new(entrant.text, seed, device);
-        bench.keep(&name, &picture, &provenance)?;
+        bench.write_picture(&name, &picture, &provenance)?;
         let image = LinearImage::from_picture(&name, &picture);
         let seen = match rays {
             Rays::Anywhere => None,

@@ -30,10 +30,10 @@ pub fn build(image: &EnvironmentImage) -> EnvironmentTable {
     } else {
         vec![1.0 / weights.len() as f64; weights.len()]
     };
-    let (keep, alias) = alias_method(&probabilities);
+    let (thresholds, alias) = alias_method(&probabilities);
     let entries = (0..probabilities.len())
         .map(|c| EnvironmentEntry {
-            keep: keep[c] as f32,
+            threshold: thresholds[c] as f32,
             alias: alias[c] as u32,
             pdf: (probabilities[c] / solid_angle(cells, c as u32 / cells[0])) as f32,
         })
@@ -89,11 +89,11 @@ fn alias_method(probabilities: &[f64]) -> (Vec<f64>, Vec<usize>) {
     let n = probabilities.len();
     let mut scaled: Vec<f64> = probabilities.iter().map(|p| p * n as f64).collect();
     let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| scaled[i] < 1.0);
-    let mut keep = vec![1.0; n];
+    let mut thresholds = vec![1.0; n];
     let mut alias: Vec<usize> = (0..n).collect();
     while let (Some(&low), Some(&high)) = (small.last(), large.last()) {
         small.pop();
-        keep[low] = scaled[low];
+        thresholds[low] = scaled[low];
         alias[low] = high;
         scaled[high] -= 1.0 - scaled[low];
         if scaled[high] < 1.0 {
@@ -101,5 +101,5 @@ fn alias_method(probabilities: &[f64]) -> (Vec<f64>, Vec<usize>) {
             small.push(high);
         }
     }
-    (keep, alias)
+    (thresholds, alias)
 }

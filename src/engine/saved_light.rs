@@ -7,7 +7,7 @@ use crate::render::{CacheState, Variant};
 use crate::scene::Scene;
 
 /// The state of a cache, in the host's memory.
-pub struct KeptLight {
+pub struct SavedLight {
     variant: Variant,
     state: CacheState,
     bytes: Vec<u8>,
@@ -16,7 +16,7 @@ pub struct KeptLight {
 impl Engine {
     /// The light that the cache holds, if there is any and if it is right for `scene`, which has the same volume. A batch of
     /// paths under way is lost.
-    pub fn light_for(&mut self, scene: &Scene) -> Result<Option<KeptLight>> {
+    pub fn light_for(&mut self, scene: &Scene) -> Result<Option<SavedLight>> {
         let next = self.full.changed_to(scene, &self.volume);
         let is_right = self.full.shares_light_with(&next);
         let Some(mut caching) = self
@@ -34,7 +34,7 @@ impl Engine {
         caching.abandon();
         caching.save_light(&mut sink)?;
         let state = caching.save_rest(&mut sink)?;
-        Ok(Some(KeptLight {
+        Ok(Some(SavedLight {
             variant: self.full.variant.clone(),
             state,
             bytes,
@@ -42,7 +42,7 @@ impl Engine {
     }
 
     /// Takes over the light of another engine, if the cache has the same layout. Returns whether it has.
-    pub fn adopt_light(&mut self, light: &KeptLight) -> Result<bool> {
+    pub fn adopt_light(&mut self, light: &SavedLight) -> Result<bool> {
         let has_same_layout = self.full.variant == light.variant;
         let Some(mut caching) = self.renderer.caching().filter(|_| has_same_layout) else {
             return Ok(false);
