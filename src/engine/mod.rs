@@ -225,7 +225,7 @@ impl Engine {
     /// Sends samples through the middle of each pixel from now on, as [`march`](Engine::march) does with its rays,
     /// until the scene changes: a converged picture of them shows the errors of a march, apart from what it does not
     /// see.
-    pub fn look_through_centres(&mut self) -> Result<()> {
+    pub fn sample_pixel_centres(&mut self) -> Result<()> {
         self.full.parts.view.through_centres = true;
         let size = self.renderer.size();
         self.renderer.change(&self.full.reduced_to(size)).map(drop)
@@ -272,9 +272,9 @@ impl Engine {
     }
 
     /// Gives all nodes of the cache the same number of paths from now on, as pictures from all sides need it.
-    pub fn look_from_everywhere(&mut self) {
+    pub fn serve_all_views(&mut self) {
         if let Some(mut caching) = self.renderer.caching() {
-            caching.widen_focus();
+            caching.serve_all_views();
         }
     }
 

@@ -283,7 +283,7 @@ impl Engine {
         watch: &mut Stopwatch,
     ) -> Result<Option<TriedCache>> {
         if task.pictures > 1 {
-            self.look_from_everywhere();
+            self.serve_all_views();
         }
         while self.updates() < FEWEST_UPDATES {
             if !self.fill_on(until, watch)? {

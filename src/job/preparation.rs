@@ -65,7 +65,7 @@ pub fn make_engine(
         say("note: published does not know its error, and does not stop by --error");
     }
     if args.orbit.is_some_and(|pictures| pictures.get() > 1) {
-        tried.engine.look_from_everywhere();
+        tried.engine.serve_all_views();
     }
     Ok((tried, fingerprints))
 }

@@ -80,7 +80,7 @@ impl Preset {
     }
 }
 
-type Look = (&'static str, Option<MediumTable>, Option<IsoTable>);
+type Appearance = (&'static str, Option<MediumTable>, Option<IsoTable>);
 
 /// Value, opacity and colour of a transfer function's point.
 pub type Point = (f64, f64, [f64; 3]);
@@ -90,14 +90,14 @@ pub const SOFT_TISSUE: [Point; 3] = film(-450.0, -300.0, -150.0);
 /// Keeps contrast agent and cartilage out of the bone.
 pub const BONE: f64 = 300.0;
 
-fn ct(volume: &Volume) -> Look {
+fn ct(volume: &Volume) -> Appearance {
     let bone = (volume.range[1] >= BONE).then(|| surface(BONE));
     ("ct", Some(medium(SOFT_TISSUE)), bone)
 }
 
 /// Four classes: empty, thin, dense and densest. The medium begins with the thin class, the surface with the dense
 /// one.
-fn generic(volume: &Volume) -> Result<Look> {
+fn generic(volume: &Volume) -> Result<Appearance> {
     let thresholds = volume.histogram_of_data()?.otsu();
     let (medium, dense) = match thresholds[..] {
         [thin, dense, ..] => {

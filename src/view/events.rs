@@ -60,7 +60,7 @@ impl ApplicationHandler<()> for App<'_> {
     }
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
-        self.look_at_file();
+        self.reload_if_edited();
         let is_hidden = match self.stage.as_ref().map(Stage::is_hidden) {
             Some(Err(error)) => return self.fail(event_loop, error),
             Some(Ok(is_hidden)) => is_hidden,

@@ -63,7 +63,7 @@ impl Live {
         let mut engine = Engine::in_memory(&host, &memory, volume, &scene, choice, seed)?;
         engine.reserve(for_window);
         if let Some(mut caching) = engine.caching() {
-            caching.roam();
+            caching.expect_motion();
             caching.guess_light()?;
         }
         if let Some(light) = light {

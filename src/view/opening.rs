@@ -68,7 +68,7 @@ impl App<'_> {
     }
 
     /// Shows an edit of the scene file at once; a mistake in it is reported over the last good picture.
-    pub(super) fn look_at_file(&mut self) {
+    pub(super) fn reload_if_edited(&mut self) {
         let Some(watch) = self.watch.as_mut().filter(|_| self.opening.is_none()) else {
             return;
         };

@@ -245,7 +245,7 @@ fn collect_changed(key: String, before: Option<&Value>, after: &Value, keys: &mu
 /// The picture after so many paths a node, the same for all, and so few samples that pictures of all sizes have the same
 /// paths.
 fn render(engine: &mut Engine) -> Picture {
-    engine.look_from_everywhere();
+    engine.serve_all_views();
     let samples = NonZeroU32::new(2).expect("some");
     engine.render(Stop::at_samples(samples)).expect("a picture");
     engine.picture().expect("a picture")

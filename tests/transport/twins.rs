@@ -179,7 +179,7 @@ fn host_and_shader_agree_on_when_nodes_gather() {
     scene.lights.environment.radiance = [1.0; 3];
     let volume = constant_field(1.0, [SIDE; 3], [1.0 / f64::from(SIDE); 3]);
     let mut cached = cached(&scene, &volume, 1.0, CacheFormat::F32, 0, 1);
-    cached.caching().widen_focus();
+    cached.caching().serve_all_views();
     for samples in [1, 1, 2, 4, 8, 15, 1, 1, GATHERED, 8] {
         let before = (
             cached.cache().work.paths,

@@ -73,7 +73,7 @@ impl Reference {
         let entrant = subject.entrant(host, volume, &uncached)?;
         let mut engine = Engine::with_plan(host, volume, &entrant.scene, entrant.choice, seed)?;
         if rays == Rays::Centres {
-            engine.look_through_centres()?;
+            engine.sample_pixel_centres()?;
         }
         let name = subject.reference_file(rays);
         let time = bench.longest().saturating_mul(TIMES_AS_LONG);

@@ -60,7 +60,7 @@ impl EntrantRun<'_> {
     fn fill_everywhere(&mut self) -> Result<bool> {
         match self.engine.caching() {
             Some(mut caching) => {
-                caching.widen_focus();
+                caching.serve_all_views();
                 caching.batch(Batch::CatchUp, &INTERRUPTED)
             }
             None => Ok(false),

@@ -64,14 +64,14 @@ impl Caching<'_> {
     }
 
     /// Gives all nodes the same number of paths from now on, as pictures from all sides need it.
-    pub fn widen_focus(&mut self) {
-        self.cache.sight.widen();
+    pub fn serve_all_views(&mut self) {
+        self.cache.sight.serve_all_views();
     }
 
     /// Also traces one path from each node out of sight, since the camera is expected to move. Must be called before the
     /// first batch; later it has no effect until the light is forgotten.
-    pub fn roam(&mut self) {
-        self.cache.sight.roams = true;
+    pub fn expect_motion(&mut self) {
+        self.cache.sight.expects_motion = true;
     }
 
     /// Removes and returns what was measured for the current view, so that another view can be rendered temporarily;

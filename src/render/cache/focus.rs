@@ -121,18 +121,18 @@ impl Focus {
     }
 
     /// Gives all bricks the same share from now on.
-    pub fn widen(&mut self) {
+    pub fn share_evenly(&mut self) {
         self.shares.fill(Share::FULL);
     }
 
     /// Sets the shares for a view. `weights`: Σw² of each brick, in any unit. `in_sight`: bricks that may be read; they
     /// include bricks of weight 0 that a ray between the measured ones might read.
-    pub fn narrow(&mut self, weights: impl Iterator<Item = u32>, in_sight: &[bool]) {
+    pub fn share_by_weight(&mut self, weights: impl Iterator<Item = u32>, in_sight: &[bool]) {
         let weights: Vec<f64> = weights.map(|w2| f64::from(w2).sqrt()).collect();
         let sum: f64 = weights.iter().sum();
         let squares: f64 = weights.iter().map(|w| w * w).sum();
         if sum == 0.0 {
-            return self.widen();
+            return self.share_evenly();
         }
         // A thousandth less: where all bricks weigh the same, rounding must not halve their share.
         let typical = 0.999 * squares / sum;
@@ -238,7 +238,7 @@ mod tests {
     #[test]
     fn what_is_seen_gets_more_and_nothing_in_sight_gets_none() {
         let mut focus = Focus::of(4, COARSE_NODES);
-        focus.narrow([10_000, 10_000, 625, 0].into_iter(), &[true; 4]);
+        focus.share_by_weight([10_000, 10_000, 625, 0].into_iter(), &[true; 4]);
         fill(&mut focus, 1);
         assert_eq!(focus.had, [1; 4]);
         fill(&mut focus, 64);
@@ -262,15 +262,15 @@ mod tests {
     #[test]
     fn another_view_makes_up_for_what_it_lacks() {
         let mut focus = Focus::of(2, COARSE_NODES);
-        focus.narrow([100, 0].into_iter(), &[true; 2]);
+        focus.share_by_weight([100, 0].into_iter(), &[true; 2]);
         fill(&mut focus, 64);
-        focus.narrow([0, 100].into_iter(), &[true; 2]);
+        focus.share_by_weight([0, 100].into_iter(), &[true; 2]);
         let lack = |paths, had| Lack { paths, had };
         assert!(focus.lacks(64).eq([lack(0, 64), lack(28, 4)]));
         focus.reach(64);
         assert!(focus.lacks(64).eq([lack(0, 64), lack(32, 32)]));
         fill(&mut focus, 64);
-        focus.widen();
+        focus.share_evenly();
         assert!(!focus.lags(64));
     }
 
@@ -279,7 +279,7 @@ mod tests {
         for (all_from, had) in [(None, [0, 0]), (Some(1), [1, 1]), (Some(2), [0, 1])] {
             let mut focus = Focus::of(2, COARSE_NODES);
             focus.all_from = all_from;
-            focus.narrow([100, 0].into_iter(), &[true, false]);
+            focus.share_by_weight([100, 0].into_iter(), &[true, false]);
             fill(&mut focus, 1);
             assert_eq!(focus.had, [1, had[0]]);
             fill(&mut focus, 64);
@@ -291,7 +291,7 @@ mod tests {
     #[test]
     fn a_view_of_nothing_prefers_nothing() {
         let mut focus = Focus::of(2, COARSE_NODES);
-        focus.narrow([0, 0].into_iter(), &[true; 2]);
+        focus.share_by_weight([0, 0].into_iter(), &[true; 2]);
         fill(&mut focus, 8);
         assert_eq!(focus.had, [8, 8]);
     }
@@ -299,7 +299,7 @@ mod tests {
     #[test]
     fn a_file_holds_what_was_there_or_is_refused() {
         let mut focus = Focus::of(3, COARSE_NODES);
-        focus.narrow([100, 1, 0].into_iter(), &[true, true, false]);
+        focus.share_by_weight([100, 1, 0].into_iter(), &[true, true, false]);
         fill(&mut focus, 8);
         let bytes: Vec<u8> = focus.shares.iter().map(|share| share.byte()).collect();
         assert_eq!(bytes, [0, 4, 255]);

@@ -281,7 +281,7 @@ impl Cache {
         self.work.lookups += u64::from(progress.lookups);
         self.work.paths += finished;
         if !progress.under_way {
-            let now = self.look(frame, r, |cache, frame| {
+            let now = self.measure_view(frame, r, |cache, frame| {
                 measure(frame, r, &cache.memory, &cache.ray_march, until)
             })?;
             let Some(now) = now else {
@@ -325,11 +325,11 @@ impl Cache {
             self.sight.focus.all_from = if !self.is_blank {
                 Some(1)
             } else {
-                self.sight.roams.then(|| next_batch_size(0) + 1)
+                self.sight.expects_motion.then(|| next_batch_size(0) + 1)
             };
         }
         let Some(longest) = self.sight.weighing_stride() else {
-            self.sight.focus.widen();
+            self.sight.focus.share_evenly();
             self.sight.view.is_weighed = true;
             return Ok(true);
         };
@@ -337,7 +337,7 @@ impl Cache {
         bricks.for_each(|brick| brick.squared_weight = 0);
         let stride = measured_stride(r).min(longest);
         let request = ray_march::for_weights(stride);
-        let are_weighed = self.look(frame, r, |cache, frame| {
+        let are_weighed = self.measure_view(frame, r, |cache, frame| {
             cache
                 .ray_march
                 .march_for(frame, r, &cache.memory, request, until)
@@ -349,13 +349,15 @@ impl Cache {
         let weights: Vec<u32> = bricks.map(|brick| brick.squared_weight).collect();
         let read: Vec<bool> = weights.iter().map(|&weight| weight > 0).collect();
         let in_sight = self.memory.layout.with_neighbours(&read);
-        self.sight.focus.narrow(weights.into_iter(), &in_sight);
+        self.sight
+            .focus
+            .share_by_weight(weights.into_iter(), &in_sight);
         self.sight.view.is_weighed = true;
         Ok(true)
     }
 
     /// Marches to learn about the view; while the camera moves, as a preview.
-    fn look<T>(
+    fn measure_view<T>(
         &mut self,
         frame: &mut Frame,
         r: &Resources,

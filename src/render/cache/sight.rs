@@ -13,9 +13,9 @@ pub struct Sight {
     /// are not weighed, and all get the same number of paths.
     stride: Option<u32>,
     /// All nodes get the same number of paths, since pictures will be taken from everywhere.
-    pub is_wide: bool,
+    pub serves_all_views: bool,
     /// The camera is about to move: no node is left without a path for long.
-    pub roams: bool,
+    pub expects_motion: bool,
     /// The camera moves: what is known of the view need not be exact, and waits for no brick of the volume.
     pub in_motion: bool,
     pub view: ViewState,
@@ -37,8 +37,8 @@ impl Sight {
         Sight {
             focus: Focus::everywhere(layout),
             stride: stride(scene),
-            is_wide: false,
-            roams: false,
+            serves_all_views: false,
+            expects_motion: false,
             in_motion: false,
             view: ViewState::default(),
         }
@@ -53,7 +53,7 @@ impl Sight {
 
     /// The largest distance between the rays by which bricks are to be weighed; `None` if all get the same number of paths.
     pub fn weighing_stride(&self) -> Option<u32> {
-        self.stride.filter(|_| !self.is_wide)
+        self.stride.filter(|_| !self.serves_all_views)
     }
 
     /// Adapts to another view.
@@ -69,8 +69,8 @@ impl Sight {
     }
 
     /// All nodes get the same number of paths from now on.
-    pub fn widen(&mut self) {
-        self.is_wide = true;
+    pub fn serve_all_views(&mut self) {
+        self.serves_all_views = true;
         self.view.is_weighed = false;
     }
 }

@@ -28,7 +28,9 @@ pub struct CacheState {
     filling: Filling,
     #[serde(flatten)]
     work: FillingWork,
-    is_wide: bool,
+    /// Named as in older files.
+    #[serde(rename = "is_wide")]
+    serves_all_views: bool,
     all_from: Option<u32>,
     /// Named as in older files.
     #[serde(rename = "has_looked")]
@@ -47,7 +49,7 @@ impl Cache {
         CacheState {
             filling: self.filling,
             work: self.work,
-            is_wide: self.sight.is_wide,
+            serves_all_views: self.sight.serves_all_views,
             all_from: focus.all_from,
             is_weighed: view.is_weighed,
             bricks: focus.had.len(),
@@ -151,7 +153,7 @@ impl Caching<'_> {
         cache.is_blank = false;
         cache.filling = state.filling;
         cache.work = state.work;
-        cache.sight.is_wide = state.is_wide;
+        cache.sight.serves_all_views = state.serves_all_views;
         cache.sight.focus = focus;
         cache.sight.view = ViewState {
             is_preview: false,

@@ -7,7 +7,7 @@ use crate::scene::preset::{BONE, FLESH, IVORY, Point, ROUGHNESS, SKIN, SOFT_TISS
 use crate::scene::{Disney, Isosurface, Medium, Shading, TransferPoint};
 use crate::view::session::Session;
 
-struct Look {
+struct Appearance {
     name: &'static str,
     /// Whether values are Hounsfield units; otherwise they are shares of the data's range.
     is_ct: bool,
@@ -22,15 +22,15 @@ const BLOOD: [f64; 3] = [0.95, 0.30, 0.22];
 const AIR: [f64; 3] = [0.80, 0.88, 0.96];
 const GREY: [f64; 3] = [0.90, 0.89, 0.87];
 
-const LOOKS: [Look; 6] = [
-    Look {
+const APPEARANCES: [Appearance; 6] = [
+    Appearance {
         name: "CT bone",
         is_ct: true,
         density: 1.0,
         transfer: &SOFT_TISSUE,
         surface: Some((BONE, IVORY)),
     },
-    Look {
+    Appearance {
         name: "CT soft tissue",
         is_ct: true,
         density: 4.0,
@@ -42,7 +42,7 @@ const LOOKS: [Look; 6] = [
         ],
         surface: None,
     },
-    Look {
+    Appearance {
         name: "CT lung",
         is_ct: true,
         density: 2.0,
@@ -55,21 +55,21 @@ const LOOKS: [Look; 6] = [
         ],
         surface: Some((BONE, IVORY)),
     },
-    Look {
+    Appearance {
         name: "CT angiography",
         is_ct: true,
         density: 2.0,
         transfer: &[(90.0, 0.0, BLOOD), (160.0, 0.5, BLOOD), (350.0, 1.0, BLOOD)],
         surface: Some((500.0, IVORY)),
     },
-    Look {
+    Appearance {
         name: "MR",
         is_ct: false,
         density: 3.0,
         transfer: &[(0.10, 0.0, FLESH), (0.25, 0.25, FLESH), (0.60, 0.8, GREY)],
         surface: None,
     },
-    Look {
+    Appearance {
         name: "film",
         is_ct: false,
         density: 1.0,
@@ -83,19 +83,19 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
     let range = session.document.range();
     let usual = Medium::default_density(volume.extent());
     ui.horizontal_wrapped(|ui| {
-        for look in &LOOKS {
-            let button = Button::new(look.name);
-            if ui.add_enabled(look.suits(range), button).clicked() {
+        for appearance in &APPEARANCES {
+            let button = Button::new(appearance.name);
+            if ui.add_enabled(appearance.suits(range), button).clicked() {
                 let scene = &mut session.scene;
-                scene.medium = Some(look.medium(range, usual));
-                scene.surfaces.iso = look.surface(range).into_iter().collect();
+                scene.medium = Some(appearance.medium(range, usual));
+                scene.surfaces.iso = appearance.surface(range).into_iter().collect();
                 (session.chosen.point, session.chosen.surface) = (0, 0);
             }
         }
     });
 }
 
-impl Look {
+impl Appearance {
     fn value(&self, value: f64, [low, high]: [f64; 2]) -> f64 {
         if self.is_ct {
             value

@@ -28,14 +28,14 @@ fn block() -> Volume {
 fn filled(scene: &Scene, everywhere: bool, updates: u32, seed: u32) -> Cached {
     let mut cached = cached(scene, &block(), 0.5, CacheFormat::F32, 0, seed);
     if everywhere {
-        look_from_everywhere(&mut cached);
+        serve_all_views(&mut cached);
     }
     cached.fill(updates);
     cached
 }
 
-fn look_from_everywhere(cached: &mut Cached) {
-    cached.caching().widen_focus();
+fn serve_all_views(cached: &mut Cached) {
+    cached.caching().serve_all_views();
 }
 
 /// All that is in sight gets the paths that it lacks.
@@ -105,9 +105,9 @@ fn what_has_caught_up_is_what_had_been_filled_everywhere() {
     let empty = || empty_without_gathering(&scene, &block(), CacheFormat::F32, 1);
     let (mut late, mut at_once) = (empty(), empty());
     late.fill(16);
-    look_from_everywhere(&mut late);
+    serve_all_views(&mut late);
     catch_up(&mut late);
-    look_from_everywhere(&mut at_once);
+    serve_all_views(&mut at_once);
     at_once.fill(16);
     assert_eq!(late.renderer.paths(), at_once.renderer.paths());
     for (a, b) in behind(&mut late).iter().zip(behind(&mut at_once)) {
@@ -120,7 +120,7 @@ fn what_has_caught_up_is_as_good_as_what_had_been_filled_everywhere() {
     let scene = from([0.0, 0.0, 3.0]);
     let [mut late, mut other] = [1, 2].map(|seed| {
         let mut late = filled(&scene, false, 128, seed);
-        look_from_everywhere(&mut late);
+        serve_all_views(&mut late);
         catch_up(&mut late);
         late
     });

@@ -55,7 +55,7 @@ fn examine(path: &Path) -> Parsed<Found> {
     if path.is_dir() {
         let mut files = Vec::new();
         list(path, path, 0, &mut files)?;
-        return look_at(files, path);
+        return examine_all(files, path);
     }
     let parsing = file::parse(path)?.ok_or("is no DICOM file")?;
     match interpret(parsing)? {
@@ -81,7 +81,7 @@ fn examine(path: &Path) -> Parsed<Found> {
                 }
             }
             let missing = found.unreadable;
-            found = look_at(files, folder)?;
+            found = examine_all(files, folder)?;
             found.unreadable.splice(0..0, missing);
             Ok(found)
         }
@@ -174,8 +174,8 @@ fn listed(folder: &Path, name: &[String]) -> Option<PathBuf> {
 
 /// Examines files. Fails if the system does not return a file's bytes: the volume could lack a slice, which would go
 /// unnoticed if it is the first or the last.
-fn look_at(files: Vec<PathBuf>, folder: &Path) -> Parsed<Found> {
-    let looked = files.into_par_iter().map(|path| {
+fn examine_all(files: Vec<PathBuf>, folder: &Path) -> Parsed<Found> {
+    let examined = files.into_par_iter().map(|path| {
         let content = file::parse(&path).and_then(|parsing| {
             let understood = parsing.map(interpret).transpose();
             understood.map_err(Fault::Content)
@@ -183,7 +183,7 @@ fn look_at(files: Vec<PathBuf>, folder: &Path) -> Parsed<Found> {
         (path, content)
     });
     let mut found = Found::default();
-    for (path, content) in looked.collect::<Vec<_>>() {
+    for (path, content) in examined.collect::<Vec<_>>() {
         let name = path
             .strip_prefix(folder)
             .unwrap_or(&path)
