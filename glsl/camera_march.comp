@@ -250,7 +250,7 @@ void main() {
     ivec2 pixel = is_in_bricks ? texel_at_index(index) : texel;
     Random random = Random(index, push.sample_index + item % units_together(), 0u);
     float entry, t_end;
-    Ray ray = camera_ray(vec2(pixel) + marched_place(random), entry, t_end);
+    Ray ray = camera_ray(vec2(pixel) + marched_point(random), entry, t_end);
     Front front = NOTHING_MET;
     march(ray, t_end, front, random);
     if (front.taken > 0.0) {

@@ -43,10 +43,10 @@ struct CellPath {
 };
 
 CellPath begin_path(ivec3 cell, inout Random random) {
-    vec3 place = random_numbers(random).xyz;
+    vec3 offset = random_numbers(random).xyz;
     vec2 u = random_numbers(random).xy;
     CellPath path;
-    path.position = vec3(cell) + 0.5 + place;
+    path.position = vec3(cell) + 0.5 + offset;
     path.direction = uniform_direction(u);
     path.throughput = vec3(1.0);
     path.bounces = 0u;

@@ -82,7 +82,7 @@ void begin_sample(inout Path path) {
     Random march = Random(path.pixel, sample_of(item), 0u);
     vec2 corner = vec2(texel_at_index(path.pixel));
     float entry, t_end;
-    Ray ray = camera_ray(corner + marched_place(march), entry, t_end);
+    Ray ray = camera_ray(corner + marched_point(march), entry, t_end);
     Tail tail = tail_of(item);
     path.origin = ray.origin;
     path.direction = ray.direction;

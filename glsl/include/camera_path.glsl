@@ -46,7 +46,7 @@ void begin_sample(inout Path path) {
     ++path.sample_index;
     begin_path(path);
     Random random = random_of(path);
-    vec2 jitter = place_in_pixel(numbers_for_direction(path, random).xy);
+    vec2 jitter = point_in_pixel(numbers_for_direction(path, random).xy);
     vec2 corner = vec2(texel_at_index(path.pixel));
     float entry, t_end;
     Ray ray = camera_ray(corner + jitter, entry, t_end);

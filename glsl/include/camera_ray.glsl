@@ -5,13 +5,13 @@
 #include "ray.glsl"
 
 // The point of its pixel through which a sample's ray goes, from two numbers in [0, 1).
-vec2 place_in_pixel(vec2 u) {
+vec2 point_in_pixel(vec2 u) {
     return scene.through_centres != 0u ? vec2(0.5) : u;
 }
 
 // The point of its pixel through which a marched sample's ray goes.
-vec2 marched_place(Random random) {
-    return place_in_pixel(unit_intervals(sobol_words(random, direction_pairs(0u))).xy);
+vec2 marched_point(Random random) {
+    return point_in_pixel(unit_intervals(sobol_words(random, direction_pairs(0u))).xy);
 }
 
 // A ray through the picture at p, in pixels from its upper left corner, between two world distances from the eye (or its

@@ -31,8 +31,8 @@ Classified classify(float v) {
     }
     int point = transfer_point(v);
     vec4 p = transfer_values(point);
-    float place = (v - p.x) * p.y;
-    float t = clamp(place, 0.0, 1.0);
+    float along = (v - p.x) * p.y;
+    float t = clamp(along, 0.0, 1.0);
     vec4 here = texel_at(transfer, ivec2(point, TRANSFER_COLORS));
     vec4 start = vec4(scene.color, p.z);
     vec4 color = vec4(scene.color, mix(p.z, p.w, t));
@@ -45,9 +45,9 @@ Classified classify(float v) {
         area.rgb = texel_at(transfer, ivec2(point, TRANSFER_INTEGRALS)).rgb;
     }
     bool is_below = v < p.x;
-    bool is_beyond = place >= 1.0 && point + 1 == int(scene.transfer_segments);
+    bool is_beyond = along >= 1.0 && point + 1 == int(scene.transfer_segments);
     // The fraction of [p.x, v] that lies on the segment; beyond its end the function is constant.
-    float share = 1.0 / max(place, 1.0);
+    float share = 1.0 / max(along, 1.0);
     area += (v - p.x) * mix(color.a * vec4(color.rgb, 1.0), mean_of_line(start, color), share);
     float next_value = p.y > 0.0 ? p.x + 1.0 / p.y : LARGEST;
     vec2 segment = is_below ? vec2(ANY_VALUE.x, p.x) : is_beyond ? vec2(next_value, ANY_VALUE.y) : vec2(p.x, next_value);

@@ -258,8 +258,8 @@ vec4 sample_collisions(MarchStep s, vec4 u) {
     vec4 first = s.parts.x * position_in_part(s.slopes.x, min(share / depths.x, 1.0));
     vec4 last = 1.0 - s.parts.y * (1.0 - position_in_part(s.slopes.y, max((share - behind) / depths.y, 0.0)));
     vec4 between = s.parts.x + (1.0 - s.parts.x - s.parts.y) * (share - s.depths.x) / max(behind - s.depths.x, 1e-30);
-    vec4 place = mix(between, first, lessThan(share, vec4(s.depths.x)));
-    return s.t + s.extent * mix(place, last, greaterThan(share, vec4(behind)));
+    vec4 position = mix(between, first, lessThan(share, vec4(s.depths.x)));
+    return s.t + s.extent * mix(position, last, greaterThan(share, vec4(behind)));
 }
 
 // The transmittance of [t, t_end], or 0 where it is less than `least`.

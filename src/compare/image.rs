@@ -7,7 +7,7 @@ use ::image::{ImageFormat, Rgb32FImage};
 
 use crate::decoding::{self, in_window, read_image};
 use crate::engine::Picture;
-use crate::error::{Error, Place, Result, first_of};
+use crate::error::{Error, Location, Result, first_of};
 use crate::output::channels;
 use crate::srgb;
 
@@ -53,7 +53,7 @@ impl LinearImage {
     pub(super) fn check_comparable(&self, test: &LinearImage) -> Result<()> {
         if (self.width, self.height) != (test.width, test.height) {
             return Err(Error::input(
-                Place::file(&self.name),
+                Location::file(&self.name),
                 format!(
                     "it has {}x{} pixels, {} has {}x{}; only pictures of one size can be compared",
                     self.width, self.height, test.name, test.width, test.height
@@ -83,7 +83,7 @@ impl LinearImage {
                 index / 3 % self.width,
                 index / 3 / self.width,
             );
-            return Err(Error::input(Place::file(&self.name), problem));
+            return Err(Error::input(Location::file(&self.name), problem));
         }
         Ok(())
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::budget::{self, Budget, Limit};
 use super::host_memory;
 use super::picture::Picture;
-use crate::error::{DeviceError, Error, Place, Result};
+use crate::error::{DeviceError, Error, Location, Result};
 use crate::gpu::{Device, DeviceChoice, DeviceSummary, Memory, Shaders, Validation};
 use crate::render::shared;
 use crate::render::{Choice, GpuScene, Peak, Plan, Planner, needed_bricks, peak};
@@ -181,13 +181,13 @@ pub(super) fn check(scene: &Scene) -> Result<()> {
     }
     if let Some(conflict) = scene.render.conflict() {
         return Err(Error::input(
-            Place::default().with_key("render.max_bounces"),
+            Location::default().with_key("render.max_bounces"),
             conflict,
         ));
     }
     if let Some(excess) = surface::excess(scene.surfaces.iso.len()) {
         return Err(Error::input(
-            Place::default().with_key("surfaces.iso"),
+            Location::default().with_key("surfaces.iso"),
             excess,
         ));
     }

@@ -34,8 +34,8 @@ pub enum Error {
     #[error("{}: {source}", .path.display())]
     File { path: PathBuf, source: io::Error },
     /// A file's content, a scene or a value in it cannot be used.
-    #[error("{place}{problem}")]
-    Input { place: Place, problem: String },
+    #[error("{location}{problem}")]
+    Input { location: Location, problem: String },
     /// The time for a picture was over before there was one.
     #[error("after {:.1} s {lacking}", .spent.as_secs_f64())]
     TooShort {
@@ -79,7 +79,7 @@ impl Display for Lacking {
 
 /// Where input that cannot be used comes from.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Place {
+pub struct Location {
     pub origin: Origin,
     /// The dotted key in the scene, such as `light.0.direction`.
     pub key: Option<String>,
@@ -113,13 +113,13 @@ impl Error {
 
     /// A value that a program gave in a call.
     pub fn value(problem: impl Into<String>) -> Error {
-        Error::input(Place::default(), problem)
+        Error::input(Location::default(), problem)
     }
 
     /// A value that a user wrote in a file or on the command line.
-    pub fn input(place: impl Into<Place>, problem: impl Into<String>) -> Error {
+    pub fn input(location: impl Into<Location>, problem: impl Into<String>) -> Error {
         Error::Input {
-            place: place.into(),
+            location: location.into(),
             problem: problem.into(),
         }
     }
@@ -138,37 +138,37 @@ impl Error {
     }
 }
 
-impl Place {
-    pub fn flag(flag: impl Into<String>) -> Place {
+impl Location {
+    pub fn flag(flag: impl Into<String>) -> Location {
         Origin::Flag(flag.into()).into()
     }
 
-    pub fn file(name: impl Into<String>) -> Place {
+    pub fn file(name: impl Into<String>) -> Location {
         Origin::File(name.into()).into()
     }
 
-    pub fn with_key(self, key: impl Into<String>) -> Place {
-        Place {
+    pub fn with_key(self, key: impl Into<String>) -> Location {
+        Location {
             key: Some(key.into()),
             ..self
         }
     }
 }
 
-impl From<Origin> for Place {
-    fn from(origin: Origin) -> Place {
-        Place { origin, key: None }
+impl From<Origin> for Location {
+    fn from(origin: Origin) -> Location {
+        Location { origin, key: None }
     }
 }
 
-impl From<&Path> for Place {
-    fn from(path: &Path) -> Place {
-        Place::file(path.display().to_string())
+impl From<&Path> for Location {
+    fn from(path: &Path) -> Location {
+        Location::file(path.display().to_string())
     }
 }
 
 /// The beginning of a message: empty, or with a colon at its end.
-impl Display for Place {
+impl Display for Location {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match &self.origin {
             Origin::Call => {}

@@ -8,7 +8,7 @@ use super::clock::Clock;
 use super::open_scene_timed;
 use crate::cli::RenderArgs;
 use crate::engine::{Host, Setup, Stop, Task, Trial, Tried};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Location, Result};
 use crate::interrupt;
 use crate::output::say;
 use crate::output::stats::TRY_VARIANTS;
@@ -117,7 +117,7 @@ fn compile<'a>(
 fn check_variant(variant: &render::Variant, flag: &str) -> Result<()> {
     match variant {
         render::Variant::Published => Err(Error::input(
-            Place::flag(flag),
+            Location::flag(flag),
             "the variant \"published\" has no samples by number; use another one",
         )),
         _ => Ok(()),

@@ -45,7 +45,8 @@
 //! - **node**: a point at which the cache keeps light. Keys of statistics call it a cell.
 //! - **cube**: the space between eight neighbouring nodes, in which light is interpolated.
 //! - **brick**: 4³ nodes, which have memory together or not at all.
-//! - **place**: the position of a brick in the cache's images; the page table says which brick has which place.
+//! - **place**: the position of a brick in an image on the device, the cache's or the volume's; a page table says which brick
+//!   has which place.
 //! - **batch**: the paths that nodes get between two measurements of the cache's error; `engine/batches.rs` says how many.
 //! - **update**: one path of a node.
 //! - **part**: up to eight of the paths that a node gets in a batch, or a 64th of them if that is more; a **turn** is a part

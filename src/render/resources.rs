@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use super::bricks::{VolumeBricks, place_bricks};
+use super::bricks::{VolumeBricks, copy_bricks};
 use super::gpu_scene::GpuScene;
 use super::light_memory::LightMemory;
 use super::parts::transfer_extent;
@@ -81,7 +81,7 @@ impl Resources {
         let constants = scene.constants();
         let parts = &scene.parts;
         let volume = ImageDesc {
-            written: scene.bricks.is_some() && place_bricks::is_by_pass(memory),
+            written: scene.bricks.is_some() && copy_bricks::is_by_pass(memory),
             // A preview reads places that have no brick yet.
             zeroed: scene.bricks.is_some(),
             ..ImageDesc::volumetric(VOLUME, scene.volume_extent(), parts.field.format())

@@ -73,7 +73,7 @@ pub fn open(
         file.check_images()?;
         let volume = load(&file.volume_path()?, &file.volume_overrides()?);
         let named_here = |error: Error| match &error {
-            Error::Input { place, .. } if place.key.is_some() => file.at_its_key(error),
+            Error::Input { location, .. } if location.key.is_some() => file.at_its_key(error),
             _ if error.is_about_input() => file.origins.error("volume.path", error),
             _ => error,
         };

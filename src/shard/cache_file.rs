@@ -15,7 +15,7 @@ use super::fingerprints::save_light;
 use super::settings::Settings;
 use super::{Fingerprint, Identity, beside};
 use crate::engine::Engine;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Location, Result};
 use crate::output::Outputs;
 use crate::render::CacheState;
 
@@ -165,7 +165,7 @@ impl CacheFile {
         let fits = |bytes: Option<u64>| bytes == Some(self.bytes);
         let Some(mut caching) = caching.filter(|caching| fits(caching.bytes_of(state))) else {
             return Err(Error::input(
-                Place::file(self.name()),
+                Location::file(self.name()),
                 "it is the state of a cache of another layout",
             ));
         };

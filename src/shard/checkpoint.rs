@@ -19,7 +19,7 @@ use super::identity::Named;
 use super::lock::Lock;
 use super::settings::Settings;
 use crate::engine::{Engine, SampleRange, Stop};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Location, Result};
 use crate::output::target_of;
 use crate::render::Totals;
 use crate::scene::RenderSettings;
@@ -121,7 +121,7 @@ impl State {
         match stop.count().filter(|&goal| goal < had) {
             None => Ok(()),
             Some(goal) => Err(Error::input(
-                Place::file(name),
+                Location::file(name),
                 format!(
                     "it has {had} samples, more than {goal}, which are asked for; --restart begins anew"
                 ),
@@ -263,7 +263,7 @@ impl Found {
             let header = &state.header;
             header
                 .check()
-                .map_err(|why| or_restart(Error::input(Place::file(&name), why)))?;
+                .map_err(|why| or_restart(Error::input(Location::file(&name), why)))?;
             let found = Named {
                 name: &name,
                 identity: &header.identity,
@@ -350,7 +350,7 @@ fn check_same_render(name: &str, difference: Option<String>) -> Result<()> {
     match difference {
         None => Ok(()),
         Some(difference) => Err(Error::input(
-            Place::file(name),
+            Location::file(name),
             format!("it is a checkpoint of another render: {difference}; --restart begins anew"),
         )),
     }
@@ -374,8 +374,8 @@ fn check_is_checkpoint(path: &Path) -> Result<()> {
 /// A fault of a file, with what can be done about it.
 fn or_restart(error: Error) -> Error {
     match error {
-        Error::Input { place, problem } => Error::Input {
-            place,
+        Error::Input { location, problem } => Error::Input {
+            location,
             problem: problem + "; --restart begins anew",
         },
         other => other,

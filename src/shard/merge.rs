@@ -13,7 +13,7 @@ use super::file::{Pixels, read_header};
 use super::header::{Fill, Header, checksum};
 use super::identity::Named;
 use crate::engine::{Picture, SampleRange};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Location, Result};
 use crate::render::{Halves, Sums, variance};
 
 /// The picture of all shards.
@@ -53,7 +53,7 @@ pub fn merge(paths: &[PathBuf]) -> Result<Merged> {
     for shard in others {
         if let Some(difference) = first.named().difference(&shard.named())? {
             return Err(Error::input(
-                Place::file(&shard.name),
+                Location::file(&shard.name),
                 format!("it is of another picture than {}: {difference}", first.name),
             ));
         }
@@ -124,9 +124,12 @@ impl<'a> Shard<'a> {
         let name = path.display().to_string();
         header
             .check()
-            .map_err(|why| Error::input(Place::file(&name), why))?;
+            .map_err(|why| Error::input(Location::file(&name), why))?;
         if header.samples.is_empty() {
-            return Err(Error::input(Place::file(name), "it holds no samples yet"));
+            return Err(Error::input(
+                Location::file(name),
+                "it holds no samples yet",
+            ));
         }
         Ok(Shard {
             path,
@@ -166,7 +169,7 @@ fn joined(shards: &[Shard<'_>]) -> Result<Vec<SampleRange>> {
                     end: range.end.min(last.end),
                 };
                 return Err(Error::input(
-                    Place::file(name),
+                    Location::file(name),
                     format!(
                         "it holds the samples {common}, as does {before}: each may be merged only once"
                     ),

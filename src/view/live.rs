@@ -6,7 +6,7 @@ use super::document::Document;
 use super::picture::ProgressivePicture;
 use super::planned::Planned;
 use crate::engine::{Changed, Engine, Host, SavedLight};
-use crate::error::{Error, MemoryError, Place, Result};
+use crate::error::{Error, Location, MemoryError, Result};
 use crate::gpu::{Image, Memory};
 use crate::scene::{Scene, Variant};
 
@@ -48,7 +48,7 @@ impl Live {
         } = order;
         if scene.render.variant == Variant::Published {
             return Err(Error::input(
-                Place::default().with_key("render.variant"),
+                Location::default().with_key("render.variant"),
                 "found \"published\", a baseline that `isolume render` measures \
                  against; the window shows \"auto\", \"caching\" and \"non-caching\"",
             ));

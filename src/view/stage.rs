@@ -220,7 +220,10 @@ impl Stage {
         let extent = image.size.map(|n| n as u32);
         let begin = match (id, delta.pos) {
             (FONT, _) => Some([0, 0]),
-            (_, None) => self.textures.place(id, extent).map(|texture| texture.low()),
+            (_, None) => self
+                .textures
+                .slot_for(id, extent)
+                .map(|texture| texture.low()),
             (_, Some(_)) => self.textures.get(id).map(|texture| texture.low()),
         };
         let Some(begin) = begin else {

@@ -20,7 +20,7 @@ pub struct Texture {
 
 impl Textures {
     /// The slot of a texture, a free one if it has none. `None` if it is too large, or if all slots are taken.
-    pub fn place(&mut self, id: TextureId, size: [u32; 2]) -> Option<Texture> {
+    pub fn slot_for(&mut self, id: TextureId, size: [u32; 2]) -> Option<Texture> {
         let is_taken = |slot: &u32| self.0.values().any(|texture| texture.slot == *slot);
         let free = || (0..SLOTS).find(|slot| !is_taken(slot));
         let known = self.0.get(&id).map(|texture| texture.slot);
@@ -64,19 +64,19 @@ mod tests {
         let id = TextureId::Managed;
         let size = [SLOT_SIDE, 3];
         let lows: Vec<_> = (1..=u64::from(SLOTS))
-            .map(|n| textures.place(id(n), size).expect("a slot").low())
+            .map(|n| textures.slot_for(id(n), size).expect("a slot").low())
             .collect();
         let side = SLOT_SIDE;
         let overlap = |a: [u32; 2], b: [u32; 2]| (0..2).all(|n| a[n].abs_diff(b[n]) < side);
         for (n, low) in lows.iter().enumerate() {
             assert!(lows[..n].iter().all(|other| !overlap(*low, *other)));
         }
-        assert!(textures.place(id(99), size).is_none(), "all are taken");
-        assert_eq!(textures.place(id(7), size).unwrap().low(), lows[6]);
+        assert!(textures.slot_for(id(99), size).is_none(), "all are taken");
+        assert_eq!(textures.slot_for(id(7), size).unwrap().low(), lows[6]);
         textures.free(id(5));
         assert!(textures.get(id(5)).is_none());
-        assert!(textures.place(id(99), [side + 1, 1]).is_none());
-        let texture = textures.place(id(99), [10, 20]).unwrap();
+        assert!(textures.slot_for(id(99), [side + 1, 1]).is_none());
+        let texture = textures.slot_for(id(99), [10, 20]).unwrap();
         assert_eq!(texture.low(), lows[4]);
         let end = [lows[4][0] as f32 + 10.0, lows[4][1] as f32 + 20.0];
         assert_eq!(texture.texel([1.0, 1.0]), end);

@@ -7,7 +7,7 @@ use super::reference::Rays;
 use super::warm::new_view_file;
 use crate::cli::{BenchArgs, BenchVariant, message};
 use crate::engine::{Engine, Host};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Location, Result};
 use crate::render::{self, Choice};
 use crate::scene::Opened;
 use crate::scene::file::{SceneFile, ShadingModel};
@@ -49,7 +49,7 @@ pub fn subjects(args: &BenchArgs, host: &Host, opened: &Opened) -> Result<Vec<Su
     if !models.is_empty() && opened.scene.surfaces.iso.is_empty() {
         let scene = args.scene.input.display();
         return Err(Error::input(
-            Place::flag("--shading"),
+            Location::flag("--shading"),
             format!("it is for surfaces, and {scene} has none; --iso VALUE adds one"),
         ));
     }

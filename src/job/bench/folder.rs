@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Location, Result};
 
 /// A folder that is made if it is missing, and removed again if it is still empty when this is dropped.
 pub struct Folder {
@@ -14,7 +14,7 @@ pub struct Folder {
 impl Folder {
     pub fn make(path: &Path) -> Result<Folder> {
         if path.exists() && !path.is_dir() {
-            let flag = Place::flag(format!("-o {}", path.display()));
+            let flag = Location::flag(format!("-o {}", path.display()));
             return Err(Error::input(
                 flag,
                 "it is a file; name a folder for the report",

@@ -10,7 +10,7 @@ use super::{Bench, patient_run};
 use crate::cli::BenchVariant;
 use crate::compare::{Comparison, LinearImage, compare_images};
 use crate::engine::{Engine, Outcome, Stop, Stopwatch};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Location, Result};
 use crate::output::Provenance;
 use crate::output::progress::ProgressLine;
 use crate::scene::{Scene, Variant};
@@ -39,7 +39,7 @@ pub fn check_size(given: &LinearImage, scene: &Scene) -> Result<()> {
         Ok(())
     } else {
         Err(Error::input(
-            Place::file(&given.name),
+            Location::file(&given.name),
             format!(
                 "the reference has {}x{} pixels, the scene {width}x{height}; give --size {}x{}",
                 given.width, given.height, given.width, given.height

@@ -88,11 +88,11 @@ impl HostBricks {
         }
     }
 
-    /// Writes each brick into its own chunk of `room` bytes of `rooms`.
-    pub fn fill(&mut self, bricks: &[u32], rooms: &mut [u8], room: usize) -> Result<()> {
+    /// Writes each brick into its own chunk of `brick_stride` bytes of `staged`.
+    pub fn fill(&mut self, bricks: &[u32], staged: &mut [u8], brick_stride: usize) -> Result<()> {
         let wanted: HashMap<u32, usize> = bricks.iter().copied().zip(0..).collect();
-        rooms
-            .par_chunks_mut(room)
+        staged
+            .par_chunks_mut(brick_stride)
             .zip(bricks)
             .for_each(|(bytes, brick)| {
                 if let Some(held) = self.held.get(brick) {
@@ -107,31 +107,31 @@ impl HostBricks {
         let mut memory = std::mem::take(&mut self.rows);
         let read = rows.chunks(memory.len()).try_for_each(|rows| {
             let memory = &mut memory[..rows.len()];
-            self.fill_from(rows, memory, &wanted, rooms, room)
+            self.fill_from(rows, memory, &wanted, staged, brick_stride)
         });
         self.rows = memory;
         read
     }
 
-    /// Reads rows of bricks, each into memory of its own, and copies those that are wanted to their rooms.
+    /// Reads rows of bricks, each into memory of its own, and copies those that are wanted to their chunks.
     fn fill_from(
         &mut self,
         rows: &[[u32; 3]],
         memory: &mut [Vec<u8>],
         wanted: &HashMap<u32, usize>,
-        rooms: &mut [u8],
-        room: usize,
+        staged: &mut [u8],
+        brick_stride: usize,
     ) -> Result<()> {
         let read = |(&row, voxels)| self.read_row(row, wanted, voxels);
         let read = rows.par_iter().zip(&mut *memory).map(read);
         let read: Vec<Vec<Read>> = read.collect::<Result<_>>()?;
         self.bytes_read += memory.iter().map(|row| row.len() as u64).sum::<u64>();
         for (brick, bytes) in read.into_iter().flatten() {
-            let place = wanted.get(&brick);
-            if let Some(&n) = place {
-                rooms[n * room..][..bytes.len()].copy_from_slice(&bytes);
+            let index = wanted.get(&brick);
+            if let Some(&n) = index {
+                staged[n * brick_stride..][..bytes.len()].copy_from_slice(&bytes);
             }
-            self.keep(brick, bytes, place.is_some());
+            self.keep(brick, bytes, index.is_some());
         }
         Ok(())
     }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::admission::Loads;
+use super::copy_bricks::CopyBricks;
 use super::host::HostBricks;
-use super::place_bricks::PlaceBricks;
 use super::places::{Load, Places, take_requests};
 use crate::error::Result;
 use crate::gpu::{Buffer, BufferDesc, Frame, Image, Memory, Piece};
@@ -23,8 +23,8 @@ pub struct Loader {
     layout: BrickLayout,
     staging: Buffer,
     /// Bytes of a brick in the staging buffer.
-    room: u64,
-    place: PlaceBricks,
+    brick_stride: u64,
+    copy: CopyBricks,
     /// `None` until the volume is known.
     host: Option<HostBricks>,
     /// The time that bringing bricks may take between two dispatches; [`PIECE`] bricks are brought in any case.
@@ -39,15 +39,15 @@ impl Loader {
         layout: BrickLayout,
         voxel_bytes: usize,
     ) -> Result<Loader> {
-        let room = layout.brick_bytes(voxel_bytes).next_multiple_of(ALIGNMENT);
-        let quarter = u64::from(layout.capacity().div_ceil(4)) * room;
-        let bytes = STAGING_BYTES.min(quarter).max(room);
+        let brick_stride = layout.brick_bytes(voxel_bytes).next_multiple_of(ALIGNMENT);
+        let quarter = u64::from(layout.capacity().div_ceil(4)) * brick_stride;
+        let bytes = STAGING_BYTES.min(quarter).max(brick_stride);
         let desc = BufferDesc::host_cached("brick staging", bytes);
         Ok(Loader {
             layout,
             staging: Buffer::new(memory, desc)?,
-            room,
-            place: PlaceBricks::allocate(memory, (bytes / room) as usize)?,
+            brick_stride,
+            copy: CopyBricks::allocate(memory, (bytes / brick_stride) as usize)?,
             host: None,
             time_limit: Duration::MAX,
             loads: 0,
@@ -55,7 +55,7 @@ impl Loader {
     }
 
     pub fn compile(&mut self, passes: &PassCompiler<'_>) -> Result<()> {
-        self.place.compile(passes)
+        self.copy.compile(passes)
     }
 
     pub fn open(&mut self, host: HostBricks) {
@@ -81,7 +81,7 @@ impl Loader {
             // All of them will be brought: in the file's order, so that those in a row are read together.
             loads.sort_unstable();
         }
-        let most = (self.staging.desc().bytes / self.room) as usize;
+        let most = (self.staging.desc().bytes / self.brick_stride) as usize;
         let at_once = if is_unlimited { most } else { most.min(PIECE) };
         let (began, mut loaded) = (Instant::now(), 0);
         for loads in loads.chunks(at_once) {
@@ -106,16 +106,16 @@ impl Loader {
         let host = host.expect("the volume is open before its bricks are asked for");
         let bricks: Vec<u32> = loads.iter().map(|load| load.brick).collect();
         if let Some(mapped) = self.staging.mapped_mut() {
-            host.fill(&bricks, mapped, self.room as usize)?;
+            host.fill(&bricks, mapped, self.brick_stride as usize)?;
         }
         let layout = &self.layout;
         let piece = |(n, load): (u64, &Load)| Piece {
-            offset: n * self.room,
+            offset: n * self.brick_stride,
             low: layout.place(load.place).map(|i| i * layout.pitch()),
             extent: host.region(load.brick).dims,
         };
         let pieces: Vec<Piece> = (0..).zip(loads).map(piece).collect();
-        self.place.run(frame, &self.staging, image, &pieces)?;
+        self.copy.run(frame, &self.staging, image, &pieces)?;
         self.loads += loads.len() as u64;
         Ok(())
     }

@@ -8,11 +8,11 @@
 //! of them may work for a while (`admission.rs`); in the end a single one, which needs the bricks along one ray.
 
 mod admission;
+pub(super) mod copy_bricks;
 mod exchange;
 mod host;
 mod loader;
 mod needed;
-pub(super) mod place_bricks;
 mod places;
 
 pub use admission::{Admission, Items};

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use super::gpu_scene::GpuScene;
 use super::parts::transfer_extent;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Location, Result};
 use crate::gpu::{Device, DeviceSummary};
 use crate::scene::volume::Volume;
 use crate::scene::{Scene, Variant};
@@ -83,7 +83,7 @@ impl<'a> Planner<'a> {
             return Ok(());
         }
         Err(Error::input(
-            Place::default().with_key("medium.transfer"),
+            Location::default().with_key("medium.transfer"),
             format!(
                 "found {points} points, expected at most {}, since images on {device} are {widest} texels wide at most",
                 widest - 1

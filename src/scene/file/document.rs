@@ -11,7 +11,7 @@ use toml::de::DeTable;
 use super::edit::{Change, Edit};
 use super::origins::{Origins, first_of_two, line_at};
 use super::{SceneFile, mismatch};
-use crate::error::{Error, Origin, Place, Result, figure};
+use crate::error::{Error, Location, Origin, Result, figure};
 
 /// An upper bound of the names in a key: a document with a deeper one is dropped by recursion, for which the stack
 /// may be too small.
@@ -52,15 +52,15 @@ impl Document {
         let syntax = |error: toml::de::Error| {
             let span = error.span().unwrap_or_default();
             let (file, line) = (name.clone(), line_at(text, span.start));
-            let place = Place::from(Origin::Line { file, line });
+            let location = Location::from(Origin::Line { file, line });
             let problem = error.message().replace('\n', ", ");
             let is_doubled = problem == DUPLICATE;
             match is_doubled.then(|| first_of_two(text, span)).flatten() {
                 Some((key, first)) => Error::input(
-                    place.with_key(key),
+                    location.with_key(key),
                     format!("found a second time, expected once; it is on line {first} as well"),
                 ),
-                None => Error::input(place, format!("not valid TOML: {problem}")),
+                None => Error::input(location, format!("not valid TOML: {problem}")),
             }
         };
         let spanned = DeTable::parse(text).map_err(syntax)?;
@@ -101,7 +101,7 @@ impl Document {
             Change::Iso(value) => match self.isosurfaces() {
                 0 | 1 => self.set(edit, "surfaces.iso.0.value", Value::Float(*value)),
                 n => Err(Error::input(
-                    Place::flag(&edit.flag),
+                    Location::flag(&edit.flag),
                     format!(
                         "the scene has {n} isosurfaces: choose one with --set surfaces.iso.0.value={}",
                         figure(*value)
@@ -144,12 +144,12 @@ impl Document {
                 "found a key of {} names, expected at most {MOST_STEPS}, as in surfaces.iso.0.color.1",
                 steps.len()
             );
-            return Err(Error::input(Place::flag(&edit.flag), problem));
+            return Err(Error::input(Location::flag(&edit.flag), problem));
         }
         let known = |n: &usize| find(&self.root, &steps[..*n].join(".")).is_some();
         let first_new = (1..steps.len()).find(|n| !known(n)).unwrap_or(steps.len());
         put(&mut self.root, &steps, value)
-            .map_err(|problem| Error::input(Place::flag(&edit.flag), problem))?;
+            .map_err(|problem| Error::input(Location::flag(&edit.flag), problem))?;
         let inside = format!("{key}.");
         let places = &mut self.origins.places;
         places.retain(|other, _| !other.starts_with(&inside));

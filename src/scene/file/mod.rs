@@ -27,7 +27,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Location, Result};
 pub use camera::CameraTable;
 pub use clips::ClipTable;
 pub use description::describe;
@@ -83,7 +83,7 @@ impl SceneFile {
         let name = volume.display().to_string();
         if volume.to_str().is_none() {
             return Err(Error::input(
-                Place::file(name),
+                Location::file(name),
                 "the path is not UTF-8: rename it",
             ));
         }

@@ -1,6 +1,6 @@
 //! Where each key of a scene was written: the line of a file, or a flag.
 //!
-//! An error about a key names that place without any code having to pass it along.
+//! An error about a key names that location without any code having to pass it along.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use toml::de::{DeTable, DeValue};
 
-use crate::error::{Error, Origin, Place};
+use crate::error::{Error, Location, Origin};
 
 /// Where each key of a scene was written.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -25,12 +25,12 @@ pub struct Origins {
 impl Origins {
     /// An input error at a key: its file and line, or its flag, and the key.
     pub fn error(&self, key: &str, problem: impl Display) -> Error {
-        Error::input(self.place(key).with_key(key), problem.to_string())
+        Error::input(self.location(key).with_key(key), problem.to_string())
     }
 
     /// A note about a key, which is no error.
     pub fn sentence(&self, key: &str, problem: impl Display) -> String {
-        format!("{}{problem}", self.place(key).with_key(key))
+        format!("{}{problem}", self.location(key).with_key(key))
     }
 
     /// A path as written in the scene, relative to the current directory.
@@ -39,12 +39,12 @@ impl Origins {
     }
 
     /// The origin of a key, or of its table if the key was not written.
-    fn place(&self, key: &str) -> Place {
+    fn location(&self, key: &str) -> Location {
         match self.places.get(key) {
             Some(origin) => origin.clone().into(),
             None => match key.rsplit_once('.') {
-                Some((table, _)) => self.place(table),
-                None => Place::file(&self.name),
+                Some((table, _)) => self.location(table),
+                None => Location::file(&self.name),
             },
         }
     }

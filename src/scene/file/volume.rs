@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::SceneFile;
 use super::numbers::VOXEL_SIZE;
 use super::page::Page;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Location, Result};
 use crate::scene::volume::{Pick, Volume, VolumeOverrides};
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -81,14 +81,14 @@ impl SceneFile {
     pub(crate) fn at_its_key(&self, error: Error) -> Error {
         match error {
             Error::Input {
-                place:
-                    Place {
+                location:
+                    Location {
                         origin,
                         key: Some(key),
                     },
                 problem,
             } => {
-                let file = Place::from(origin);
+                let file = Location::from(origin);
                 self.origins.error(&key, format!("{file}{problem}"))
             }
             other => other,

@@ -14,7 +14,7 @@ use super::source::chunked::Chunked;
 use super::source::memory::Memory;
 use super::source::{Access, Cursor, Source};
 use super::stored::{Conversion, StoredType, Voxels};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Location, Result};
 
 /// Bytes read at a time where they have to be converted, so that they stay in the processor's cache.
 const CHUNK: usize = 256 << 10;
@@ -183,7 +183,7 @@ impl Reader<'_> {
                 grid.dims()
             ))
         };
-        read.map_err(|fault| Error::input(Place::file(&grid.name), fault))
+        read.map_err(|fault| Error::input(Location::file(&grid.name), fault))
     }
 
     pub(super) fn fill(&mut self, region: Region, bytes: &mut [u8]) -> Parsed<()> {

@@ -33,7 +33,7 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Location, Result};
 use grid::Grid;
 pub use grid::Reader;
 pub use histogram::Histogram;
@@ -193,10 +193,10 @@ impl Volume {
     }
 
     fn kept(&self, keeping: &Keeping) -> Result<Volume> {
-        let fault = |fault: String| Error::input(Place::file(&self.grid.name), fault);
+        let fault = |fault: String| Error::input(Location::file(&self.grid.name), fault);
         let is_enough = |known: &Known| known.voxels.is_some() || self.is_direct();
         // A damaged store is replaced.
-        let found = keeping.place.find(self.stored).unwrap_or(None);
+        let found = keeping.store_file.find(self.stored).unwrap_or(None);
         let mut known = found.filter(is_enough);
         if known.is_none() {
             match keeping.write(self) {
@@ -206,7 +206,7 @@ impl Volume {
                 }
                 written => written?,
             }
-            known = keeping.place.find(self.stored).map_err(fault)?;
+            known = keeping.store_file.find(self.stored).map_err(fault)?;
         }
         match known.and_then(|known| known.voxels) {
             Some(store) => Ok(self.with_source(Box::new(store))),
@@ -216,7 +216,7 @@ impl Volume {
     }
 
     fn spooled(&self) -> Result<Volume> {
-        let fault = |fault: String| Error::input(Place::file(&self.grid.name), fault);
+        let fault = |fault: String| Error::input(Location::file(&self.grid.name), fault);
         let mut spool = Spool::new(self.dims, self.stored.bytes()).map_err(fault)?;
         let mut reader = self.reader();
         let mut bytes = Vec::new();

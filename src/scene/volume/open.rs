@@ -24,7 +24,7 @@ use super::store::file::Known;
 use super::store::{Keeping, StoreFile, Stores};
 use super::stored::{Conversion, Voxels};
 use super::voxel_type::VoxelType;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Location, Result};
 
 impl Volume {
     /// Opens a volume of any format, recognised by the file's name, and walks through its voxels once.
@@ -70,7 +70,7 @@ impl Volume {
     /// If it holds no volume.
     pub fn series(path: &Path) -> Result<Vec<Series>> {
         let name = path.display().to_string();
-        format::series(path).map_err(|fault| Error::input(Place::file(&name), fault))
+        format::series(path).map_err(|fault| Error::input(Location::file(&name), fault))
     }
 
     /// The same volumes with pictures of their middle slices, for the user to choose from; none if there is only one.
@@ -81,7 +81,7 @@ impl Volume {
     /// If the folder or file can no longer be read.
     pub fn previews(path: &Path) -> Result<Vec<Preview>> {
         let name = path.display().to_string();
-        format::previews(path).map_err(|fault| Error::input(Place::file(&name), fault))
+        format::previews(path).map_err(|fault| Error::input(Location::file(&name), fault))
     }
 
     /// A volume made in memory; its values are the voxels themselves.
@@ -122,11 +122,11 @@ fn open(
     let conversion = header.conversion()?;
     let is_mirrored = orientation.left_handed;
     let files = header.source.files();
-    let place = stores.and_then(|(stores, path)| {
-        stores.place(path, overrides, &header, &files, region, is_mirrored)
+    let store_file = stores.and_then(|(stores, path)| {
+        stores.store_file(path, overrides, &header, &files, region, is_mirrored)
     });
     let mut notes = header.notes;
-    let known = find(place.as_ref(), conversion, &mut notes);
+    let known = find(store_file.as_ref(), conversion, &mut notes);
     let mut grid = Grid {
         source: header.source,
         region,
@@ -158,20 +158,27 @@ fn open(
         files,
         grid: Arc::new(grid),
         statistics: Arc::new(Statistics::new(settled.ranges, settled.counts, histogram)),
-        keeping: place.map(|place| Arc::new(Keeping { place, extremes })),
+        keeping: store_file.map(|store_file| {
+            Arc::new(Keeping {
+                store_file,
+                extremes,
+            })
+        }),
     })
 }
 
 /// What is known of the volume from before. What is damaged is not used.
 fn find(
-    place: Option<&StoreFile>,
+    store_file: Option<&StoreFile>,
     conversion: Conversion,
     notes: &mut Vec<String>,
 ) -> Option<Known> {
-    place?.find(conversion.stored()).unwrap_or_else(|fault| {
-        notes.push(format!("{fault}; it is ignored, and rebuilt if needed"));
-        None
-    })
+    store_file?
+        .find(conversion.stored())
+        .unwrap_or_else(|fault| {
+            notes.push(format!("{fault}; it is ignored, and rebuilt if needed"));
+            None
+        })
 }
 
 /// Walks through the voxels in the source's order, unless what that tells is known. From then on they are read in the

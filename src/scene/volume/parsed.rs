@@ -1,6 +1,6 @@
 //! The result of an operation that may find a fault in a file.
 
-use crate::error::{Error, Place};
+use crate::error::{Error, Location};
 
 /// A fault is a sentence without the file's name, which is added once by the code that knows the path.
 pub type Parsed<T> = Result<T, String>;
@@ -26,11 +26,11 @@ impl Fault {
 
     /// The error of the file with this name.
     pub fn in_file(self, name: &str) -> Error {
-        let place = Place {
+        let location = Location {
             key: self.key.map(|key| format!("volume.{key}")),
-            ..Place::file(name)
+            ..Location::file(name)
         };
-        Error::input(place, self.problem)
+        Error::input(location, self.problem)
     }
 }
 

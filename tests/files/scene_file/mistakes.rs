@@ -261,14 +261,14 @@ fn render_values_out_of_range() {
 }
 
 #[test]
-fn a_program_reads_the_place_from_the_error() {
+fn a_program_reads_the_location_from_the_error() {
     let error = parse("[camera]\nfov = 30").expect_err("an unknown key");
-    let Error::Input { place, problem } = &error else {
+    let Error::Input { location, problem } = &error else {
         panic!("{error:?}");
     };
     let file = "scenes/head.toml".to_string();
-    assert_eq!(place.origin, Origin::Line { file, line: 2 });
-    assert_eq!(place.key.as_deref(), Some("camera.fov"));
+    assert_eq!(location.origin, Origin::Line { file, line: 2 });
+    assert_eq!(location.key.as_deref(), Some("camera.fov"));
     assert_eq!(
         error.to_string(),
         format!("scenes/head.toml:2: camera.fov: {problem}")

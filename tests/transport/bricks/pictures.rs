@@ -138,8 +138,8 @@ fn a_pass_places_bricks_of_voxels_of_every_size() {
             let mut renderer =
                 Renderer::with_shaders(&memory, &shaders(), &volume, scene).expect("a renderer");
             assert!(renderer.unit(2, Until::NEVER).expect("a unit"));
-            let placed = renderer.timings().total("place_bricks").is_some();
-            assert_eq!(placed, places.is_some());
+            let copied = renderer.timings().total("copy_bricks").is_some();
+            assert_eq!(copied, places.is_some());
             renderer.film().expect("a film").mean
         };
         assert!(picture(None) == picture(Some(12)), "{:?}", volume.stored);

@@ -83,8 +83,8 @@ impl Stores {
         }
     }
 
-    /// The place for a volume. `None` if one of its files cannot be examined.
-    pub(super) fn place(
+    /// The file for a volume. `None` if one of its files cannot be examined.
+    pub(super) fn store_file(
         &self,
         path: &Path,
         overrides: &VolumeOverrides,
@@ -150,9 +150,9 @@ impl StoreFile {
     }
 }
 
-/// A place, and what is kept there beside the volume's statistics.
+/// A file for a volume, and what is kept there beside the volume's statistics.
 #[derive(Debug)]
 pub(super) struct Keeping {
-    pub place: StoreFile,
+    pub store_file: StoreFile,
     pub extremes: Extremes,
 }

@@ -26,7 +26,10 @@ impl Keeping {
     /// If the volume cannot be read, if the folder cannot be written or is full, or if the callback returns an error.
     pub fn write(&self, volume: &Volume) -> Result<()> {
         let layout = Layout::new(volume.dims, volume.stored.bytes());
-        let mut temporary = self.place.create().map_err(|e| self.no_room(volume, &e))?;
+        let mut temporary = self
+            .store_file
+            .create()
+            .map_err(|e| self.no_room(volume, &e))?;
         let mut copy = Copy {
             file: BufWriter::new(temporary.file.as_file_mut()),
             offset: 0,
@@ -37,7 +40,7 @@ impl Keeping {
             self.copy_voxels(volume, &layout, &mut copy)?;
         }
         let rest = Rest {
-            identity: self.place.identity,
+            identity: self.store_file.identity,
             extremes: self.extremes,
             counts: &volume.statistics.counts,
             histogram: volume.statistics.histogram(),
@@ -52,12 +55,12 @@ impl Keeping {
             .and_then(|()| copy.file.get_ref().sync_all());
         drop(copy);
         written
-            .and_then(|()| temporary.persist(&self.place.path()))
+            .and_then(|()| temporary.persist(&self.store_file.path()))
             .map_err(|e| self.no_room(volume, &e))
     }
 
     fn copy_voxels(&self, volume: &Volume, layout: &Layout, copy: &mut Copy) -> Result<()> {
-        let stores = &self.place.stores;
+        let stores = &self.store_file.stores;
         let mut layers = Layers::new(volume, layout);
         let mut next = layers.next();
         let count = f64::from(layout.counts()[2]);
@@ -77,7 +80,7 @@ impl Keeping {
         let problem = format!(
             "its store cannot be written in {}: {error}; name a folder with room for its voxels by --cache-dir, or \
              decompress the file",
-            self.place.stores.folder.display()
+            self.store_file.stores.folder.display()
         );
         Error::input(Origin::File(volume.grid.name.clone()), problem)
     }

@@ -72,20 +72,20 @@ pub struct Plane {
 }
 
 /// The data sets that describe a frame: what the first of them says counts.
-struct Places<'a>(Vec<&'a DataSet>);
+struct Holders<'a>(Vec<&'a DataSet>);
 
-impl<'a> Places<'a> {
+impl<'a> Holders<'a> {
     /// `own` is the frame's item among the groups of an enhanced object.
-    fn new(own: Option<&'a DataSet>, data: &'a DataSet) -> Places<'a> {
+    fn new(own: Option<&'a DataSet>, data: &'a DataSet) -> Holders<'a> {
         let shared = data.item(tags::SHARED_GROUPS);
         let detector = data.item(tags::DETECTORS);
-        let places = [own, shared, Some(data), detector];
-        Places(places.into_iter().flatten().collect())
+        let holders = [own, shared, Some(data), detector];
+        Holders(holders.into_iter().flatten().collect())
     }
 
-    /// The sequence's item in each place that has one, and then the places themselves, as in a classic object.
+    /// The sequence's item in each data set that has one, and then the data sets themselves, as in a classic object.
     fn holders(&self, sequence: Tag) -> impl Iterator<Item = &'a DataSet> {
-        let items = self.0.iter().filter_map(move |place| place.item(sequence));
+        let items = self.0.iter().filter_map(move |data| data.item(sequence));
         items.chain(self.0.iter().copied())
     }
 
@@ -177,8 +177,8 @@ pub fn unit(vector: DVec3) -> Option<DVec3> {
 
 /// Whether an image says where its first frame lies, and how large its pixels are.
 pub fn has_geometry(data: &DataSet) -> bool {
-    let places = Places::new(data.item(tags::FRAME_GROUPS), data);
-    let geometry = (places.plane(), places.pixel_spacing());
+    let holders = Holders::new(data.item(tags::FRAME_GROUPS), data);
+    let geometry = (holders.plane(), holders.pixel_spacing());
     matches!(geometry, (Ok(Some(_)), Ok(Some(_))))
 }
 
@@ -189,7 +189,7 @@ pub fn frames(data: &DataSet, frame_count: u32, file_bytes: u64) -> Parsed<Vec<F
     if each.len() as u64 == u64::from(frame_count) {
         let frames = each.iter().zip(0..);
         return frames
-            .map(|(own, index)| frame(&Places::new(Some(own), data), index))
+            .map(|(own, index)| frame(&Holders::new(Some(own), data), index))
             .collect();
     }
     if !each.is_empty() {
@@ -198,7 +198,7 @@ pub fn frames(data: &DataSet, frame_count: u32, file_bytes: u64) -> Parsed<Vec<F
             each.len()
         ));
     }
-    let first = frame(&Places::new(None, data), 0)?;
+    let first = frame(&Holders::new(None, data), 0)?;
     if frame_count == 1 {
         return Ok(vec![first]);
     }
@@ -249,28 +249,28 @@ fn offsets(data: &DataSet, frame_count: u32, file_bytes: u64) -> Parsed<Option<V
     Ok(Some((0..count).map(|n| n as f64 * spacing).collect()))
 }
 
-fn frame(places: &Places, index: u32) -> Parsed<Frame> {
+fn frame(holders: &Holders, index: u32) -> Parsed<Frame> {
     let (measures, values) = (tags::PIXEL_MEASURES, tags::VALUE_TRANSFORMATION);
-    let spacing = places.decimal(measures, tags::SLICE_SPACING, "SpacingBetweenSlices")?;
-    let thickness = places.decimal(measures, tags::SLICE_THICKNESS, "SliceThickness")?;
-    let slope = match places.decimal(values, tags::SLOPE, "RescaleSlope")? {
+    let spacing = holders.decimal(measures, tags::SLICE_SPACING, "SpacingBetweenSlices")?;
+    let thickness = holders.decimal(measures, tags::SLICE_THICKNESS, "SliceThickness")?;
+    let slope = match holders.decimal(values, tags::SLOPE, "RescaleSlope")? {
         Some(slope) => Some(slope),
-        None => places.decimal(values, tags::DOSE_SCALE, "DoseGridScaling")?,
+        None => holders.decimal(values, tags::DOSE_SCALE, "DoseGridScaling")?,
     };
-    let intercept = places.decimal(values, tags::INTERCEPT, "RescaleIntercept")?;
+    let intercept = holders.decimal(values, tags::INTERCEPT, "RescaleIntercept")?;
     let content = tags::FRAME_CONTENT;
-    let frame_type = places
+    let frame_type = holders
         .text(tags::MR_FRAME_TYPE, tags::FRAME_TYPE)
-        .or_else(|| places.text(tags::CT_FRAME_TYPE, tags::FRAME_TYPE))
-        .or_else(|| places.text(content, tags::IMAGE_TYPE));
-    let acquisition = places.text(content, tags::ACQUISITION).or_else(|| {
-        let number = places.whole(content, tags::FRAME_ACQUISITION);
+        .or_else(|| holders.text(tags::CT_FRAME_TYPE, tags::FRAME_TYPE))
+        .or_else(|| holders.text(content, tags::IMAGE_TYPE));
+    let acquisition = holders.text(content, tags::ACQUISITION).or_else(|| {
+        let number = holders.whole(content, tags::FRAME_ACQUISITION);
         number.map(|number| number.to_string())
     });
     Ok(Frame {
         index,
-        plane: places.plane()?,
-        pixel_spacing: places.pixel_spacing()?,
+        plane: holders.plane()?,
+        pixel_spacing: holders.pixel_spacing()?,
         thickness: spacing
             .or(thickness)
             .map(f64::abs)
@@ -280,13 +280,13 @@ fn frame(places: &Places, index: u32) -> Parsed<Frame> {
         image_type: frame_type.unwrap_or_default(),
         acquisition: acquisition.unwrap_or_default(),
         kind: Kind {
-            echo: places.text(content, tags::ECHO),
-            time: places.text(content, tags::TEMPORAL_POSITION),
-            time_index: places.whole(content, tags::TEMPORAL_INDEX),
-            b_value: places
+            echo: holders.text(content, tags::ECHO),
+            time: holders.text(content, tags::TEMPORAL_POSITION),
+            time_index: holders.whole(content, tags::TEMPORAL_INDEX),
+            b_value: holders
                 .double(tags::MR_DIFFUSION, tags::B_VALUE)
                 .map(f64::to_bits),
-            stack: places.text(content, tags::STACK),
+            stack: holders.text(content, tags::STACK),
             numbers: Vec::new(),
         },
     })

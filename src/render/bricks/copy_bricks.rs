@@ -1,5 +1,5 @@
 //! Bricks on their way from the staging buffer to their places in the volume's image: on a GPU by a pass, since copies
-//! of small boxes take its driver long (`glsl/place_bricks.comp`), and otherwise by a copy command.
+//! of small boxes take its driver long (`glsl/copy_bricks.comp`), and otherwise by a copy command.
 
 use std::sync::Arc;
 
@@ -11,25 +11,25 @@ use crate::render::shared::BrickPiece;
 use crate::shared;
 
 shared! {
-    pub struct PlacePush {
+    pub struct CopyPush {
         /// 1, 2 or 4.
         pub voxel_bytes: uint,
     }
 }
 
-pub struct PlaceBricks {
-    /// The pieces that the pass places at once; `None` where bricks are copied.
+pub struct CopyBricks {
+    /// The pieces that the pass copies at once; `None` where a copy command does it.
     pieces: Option<Buffer>,
-    /// `None` until it is compiled, and where bricks are copied.
+    /// `None` until it is compiled, and where a copy command does it.
     pass: Option<Pass>,
 }
 
-impl PlaceBricks {
+impl CopyBricks {
     /// Room for `most` bricks at once.
-    pub fn allocate(memory: &Arc<Memory>, most: usize) -> Result<PlaceBricks> {
+    pub fn allocate(memory: &Arc<Memory>, most: usize) -> Result<CopyBricks> {
         let desc = BufferDesc::upload("brick pieces", (most * size_of::<BrickPiece>()) as u64);
         let pieces = is_by_pass(memory).then(|| Buffer::new(memory, desc));
-        Ok(PlaceBricks {
+        Ok(CopyBricks {
             pieces: pieces.transpose()?,
             pass: None,
         })
@@ -37,7 +37,7 @@ impl PlaceBricks {
 
     pub fn compile(&mut self, passes: &PassCompiler<'_>) -> Result<()> {
         if self.pieces.is_some() {
-            self.pass = Some(passes.compile::<PlacePush>("place_bricks")?);
+            self.pass = Some(passes.compile::<CopyPush>("copy_bricks")?);
         }
         Ok(())
     }
@@ -60,7 +60,7 @@ impl PlaceBricks {
         };
         buffer.write(&pieces.iter().map(piece).collect::<Vec<_>>());
         let texels = |piece: &Piece| piece.extent.iter().product::<u32>();
-        let push = PlacePush {
+        let push = CopyPush {
             voxel_bytes: image.desc().texel_bytes() as u32,
         };
         let bindings = [
@@ -78,7 +78,7 @@ impl PlaceBricks {
     }
 }
 
-/// Whether bricks are written into the image by a pass, and not copied.
+/// Whether a pass copies bricks into the image, and not a copy command.
 pub fn is_by_pass(memory: &Memory) -> bool {
     let device = memory.device();
     device.stores_texels && !device.loads_texels

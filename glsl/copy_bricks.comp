@@ -1,4 +1,4 @@
-// Writes bricks of the volume to their places in its image, from the buffer into which the host has read them. A copy
+// Copies bricks of the volume to their places in its image, from the buffer into which the host has read them. A copy
 // command would do the same, but takes a GPU's driver several microseconds for each slice of a brick.
 
 #version 460
