@@ -2,7 +2,7 @@
 //!
 //! The cache's error is the same in all samples, while the noise of samples falls with their number. So the time is divided
 //! between filling and sampling by what each gains from it (`forecast/`). Gathering takes little time and is always worth
-//! it. Before nodes trace whole paths, a trial with few pixels measures the noise and the time of samples. Few pixels are
+//! it. Before batches of traced paths, a trial with few pixels measures the noise and the time of samples. Few pixels are
 //! large ones, and much of the noise of marched samples is what differs within a pixel: of a cloud, an eighth of the pixels
 //! have four times the variance. So the trial is repeated with all pixels once that takes little time beside the filling.
 
@@ -18,7 +18,7 @@ use crate::render::shared::GATHERED;
 use crate::render::{Batch, Until, equivalent_paths};
 
 /// Nodes that gather share the errors of the light that they read, which the change from batch to batch does not show.
-/// Until nodes trace whole paths, the measured variance of the cache is multiplied by this.
+/// Until batches trace paths to their ends, the measured variance of the cache is multiplied by this.
 const UNSEEN_WHILE_GATHERING: f64 = 5.0;
 /// The samples that are tried first have this share of the picture's pixels, at most.
 const SHARE_OF_PIXELS: f64 = 0.125;

@@ -13,7 +13,7 @@ use crate::render::Until;
 /// Pixels of the pictures that are tried where the volume is whole: a GPU needs many to be busy.
 const PIXELS_CPU: f64 = 4096.0;
 const PIXELS_GPU: f64 = 262_144.0;
-/// A picture with at most so many times the pixels of a trial is sampled whole, as its own beginning: samples of fewer
+/// A picture with at most so many times the pixels of a trial is sampled at full size, as its own beginning: samples of fewer
 /// pixels would be a large part of the work, and thrown away.
 const FEW: f64 = 8.0;
 /// Samples of a picture that is tried which are taken one by one, and then as many in one unit; fewer where the picture is
@@ -24,7 +24,7 @@ const SAMPLES_MARCHED: u32 = 4;
 /// low-discrepancy points, and a better cache makes them less noisy. Few samples do not show that yet
 /// (`render/picture/halves.rs`).
 const VARIANCE_RATIO_MARCHED: f64 = 0.35;
-/// Numbers of one-sample units taken after the first unit when a whole picture is tried: the bundle sizes with which
+/// Numbers of one-sample units taken after the first unit when a picture is tried at full size: the bundle sizes with which
 /// pictures start where the volume streams ([`units_together`](super::schedule::units_together)); otherwise three.
 const UNITS_IN_BRICKS: &[u32] = &[MOST_AT_ONCE, MOST_AT_ONCE * (1 + MOST_AT_ONCE)];
 const UNITS: &[u32] = &[3];
@@ -48,7 +48,7 @@ impl Engine {
         until: Until<'_>,
     ) -> Result<Option<SampleForecast>> {
         if self.streams() || self.pixels() <= FEW * self.pixels_to_try() {
-            self.try_whole_picture(task, short, until)
+            self.try_at_full_size(task, short, until)
         } else {
             self.try_few_pixels(self.pixels_to_try(), until)
         }
@@ -62,7 +62,7 @@ impl Engine {
         }
     }
 
-    fn try_whole_picture(
+    fn try_at_full_size(
         &mut self,
         task: &Task<'_>,
         short: f64,
@@ -148,8 +148,8 @@ impl Engine {
             return Ok(None);
         }
         let variance = self.variance_of_one()?;
-        // All in one unit, since each unit waits for its longest path, and a whole picture has such small units only at its
-        // beginning.
+        // All in one unit, since each unit waits for its longest path, and a picture at full size has such small units only at
+        // its beginning.
         self.double(samples, variance, until)
     }
 

@@ -199,7 +199,7 @@ impl Engine {
         self.renderer.cache().is_some() || is_whole && self.totals().samples > 0
     }
 
-    /// The picture after the last whole unit of samples; before the first unit, the picture that the cache shows, and
+    /// The picture after the last complete unit of samples; before the first unit, the picture that the cache shows, and
     /// without a cache an empty one.
     pub fn picture(&mut self) -> Result<Picture> {
         self.reduce_to(self.scene.render.size)?;
@@ -244,7 +244,7 @@ impl Engine {
         Ok((self.picture_of(film)?, sums))
     }
 
-    /// The sums after the last whole unit of samples, with which an engine for the same scene can continue the
+    /// The sums after the last complete unit of samples, with which an engine for the same scene can continue the
     /// picture.
     pub fn sums(&mut self) -> Result<Sums> {
         self.reduce_to(self.scene.render.size)?;

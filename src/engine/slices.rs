@@ -52,7 +52,7 @@ impl Engine {
         self.renderer.preview()
     }
 
-    /// The picture after the last whole unit.
+    /// The picture after the last complete unit.
     pub fn film(&mut self) -> Result<Film> {
         self.renderer.film()
     }

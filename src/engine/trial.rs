@@ -107,7 +107,7 @@ impl<'a> Trial<'a> {
 
     /// The engine in the variant that is expected to be the fastest for the work, of those that the scene allows and that
     /// fit. What a trial has put into a cache stays there, unless a finer one was tried before it and is taken, and so do the
-    /// first samples of a picture that were taken whole.
+    /// first samples of a picture that were taken at full size.
     ///
     /// The variant without a cache is tried first, and where the work takes long enough, the caches that the plan leaves open.
     ///

@@ -88,7 +88,7 @@ constants! {
     pub const GATHERED: u32 as uint = 32;
     /// The nodes of a brick that a batch fills: all; all, for the first time, so that nodes that are not filled yet may
     /// hold the light of an older scene; or those of the coarse lattice.
-    pub const FILLED_WHOLE: u32 as uint = 0;
+    pub const FILLED_ALL: u32 as uint = 0;
     pub const FILLED_FIRST: u32 as uint = 1;
     pub const FILLED_COARSE: u32 as uint = 2;
     /// Value of `nodes_half` for all nodes at once; 0 and 1 select the nodes whose indices have an even or an odd sum.

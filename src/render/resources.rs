@@ -63,7 +63,7 @@ pub struct Resources {
     pub counters: Buffer,
     /// Per pixel, the sum of the samples of the unit under way; coverage in alpha.
     pub unit_sum: Image,
-    /// Per pixel, the mean of the samples of all whole units; coverage in alpha.
+    /// Per pixel, the mean of the samples of all complete units; coverage in alpha.
     pub mean: Image,
     /// Weighted sum of squared differences from the mean.
     pub squares: Image,

@@ -231,7 +231,7 @@ shared! {
     pub struct Brick {
         /// Position in the lattice, ten bits for each axis.
         pub position: uint,
-        /// What the batch under way fills: `FILLED_WHOLE`, `FILLED_FIRST` or `FILLED_COARSE`.
+        /// What the batch under way fills: `FILLED_ALL`, `FILLED_FIRST` or `FILLED_COARSE`.
         pub filled: uint,
         /// Sum of w² over a ray's reads of the brick's light, averaged over the rays of a picture, times 2³¹, with w
         /// the weight of one read in the ray's colour.

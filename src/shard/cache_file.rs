@@ -127,7 +127,7 @@ impl CacheFile {
         let damaged = || Error::input(path.as_path(), "it is damaged");
         let length = file.metadata().map_err(read)?.len();
         let mut file = BufReader::new(file);
-        if !is_whole(&mut file, length).map_err(read)? {
+        if !is_complete(&mut file, length).map_err(read)? {
             return Err(damaged());
         }
         let header_end = length - TAIL;
@@ -177,7 +177,7 @@ impl CacheFile {
 }
 
 /// Whether a file begins and ends as this format requires.
-fn is_whole(file: &mut (impl Read + Seek), length: u64) -> io::Result<bool> {
+fn is_complete(file: &mut (impl Read + Seek), length: u64) -> io::Result<bool> {
     if length < MAGIC.len() as u64 + TAIL {
         return Ok(false);
     }

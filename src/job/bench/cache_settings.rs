@@ -1,5 +1,5 @@
 //! The loss by coarser lattices and shorter floats: the paper's Table 1. The same view is marched through each cache,
-//! which adds no noise of its own, and compared with that of the whole cache in 32 bits. Paths of a few seconds leave
+//! which adds no noise of its own, and compared with that of the finest cache in 32 bits. Paths of a few seconds leave
 //! more noise than a coarser cache loses, so each cache is filled twice.
 
 use std::time::Duration;
@@ -17,7 +17,7 @@ use crate::render::{Batch, next_batch_size};
 use crate::scene::CacheFormat::{F16, F32};
 
 /// The setting with which the others are compared.
-const WHOLE: BenchVariant = BenchVariant::caching(1.0, F32);
+const FINEST: BenchVariant = BenchVariant::caching(1.0, F32);
 /// A cache that gets the same paths, so that it differs by rounding alone.
 const ROUNDED: BenchVariant = BenchVariant::caching(1.0, F16);
 const COARSE: [BenchVariant; 3] = [
@@ -26,20 +26,20 @@ const COARSE: [BenchVariant; 3] = [
     BenchVariant::caching(0.125, F32),
 ];
 
-/// Measures all settings; the result is empty where the whole cache does not fit, or takes too long to fill.
+/// Measures all settings; the result is empty where the finest cache does not fit, or takes too long to fill.
 pub fn measure(
     bench: &Bench<'_>,
     subject: &Subject,
     runs: &[RunReport],
     skipped: &mut Vec<String>,
 ) -> Result<Vec<CacheSetting>> {
-    let whole = match subject.entrant(&bench.host, bench.volume, &WHOLE) {
+    let finest = match subject.entrant(&bench.host, bench.volume, &FINEST) {
         Err(why @ Error::Memory(_)) => Err(message(&why)),
         Err(other) => return Err(other),
-        Ok(whole) => bench.in_time(&whole, runs).map(|()| whole),
+        Ok(finest) => bench.in_time(&finest, runs).map(|()| finest),
     };
-    let whole = match whole {
-        Ok(whole) => whole,
+    let finest = match finest {
+        Ok(finest) => finest,
         Err(why) => {
             skipped.push(format!("cache settings: {why}"));
             return Ok(Vec::new());
@@ -47,7 +47,7 @@ pub fn measure(
     };
     let settings = Settings { bench, subject };
     let mut found = Vec::new();
-    match settings.measure(&whole, &mut found) {
+    match settings.measure(&finest, &mut found) {
         Ok(()) | Err(Error::Interrupted) => Ok(found),
         Err(other) => Err(other),
     }
@@ -65,31 +65,31 @@ struct Shown {
 }
 
 impl Settings<'_> {
-    fn measure(&self, whole: &Entrant, found: &mut Vec<CacheSetting>) -> Result<()> {
-        let [whole, whole_again] = self.shown_twice(whole, 0)?;
-        found.push(whole.setting);
+    fn measure(&self, finest: &Entrant, found: &mut Vec<CacheSetting>) -> Result<()> {
+        let [finest, finest_again] = self.shown_twice(finest, 0)?;
+        found.push(finest.setting);
         let updates = found[0].paths_per_cell;
         let rounded = self.shown(&self.entrant(&ROUNDED)?, 0, |engine| {
             fill_as_often(updates, engine)
         })?;
-        found.push(self.compared(&whole.image, rounded)?);
+        found.push(self.compared(&finest.image, rounded)?);
         for variant in &COARSE {
             let [coarse, coarse_again] = self.shown_twice(&self.entrant(variant)?, 2)?;
             let without_noise = without_noise(
-                [&whole.image, &whole_again.image],
+                [&finest.image, &finest_again.image],
                 [&coarse.image, &coarse_again.image],
                 self.bench.exposure,
             )?;
             found.push(CacheSetting {
                 without_noise: Some(without_noise),
-                ..self.compared(&whole.image, coarse)?
+                ..self.compared(&finest.image, coarse)?
             });
         }
         Ok(())
     }
 
-    fn compared(&self, whole: &LinearImage, shown: Shown) -> Result<CacheSetting> {
-        let alike = compare_images(whole, &shown.image, self.bench.exposure)?;
+    fn compared(&self, finest: &LinearImage, shown: Shown) -> Result<CacheSetting> {
+        let alike = compare_images(finest, &shown.image, self.bench.exposure)?;
         Ok(CacheSetting {
             psnr: Some(alike.psnr),
             ssim: alike.ssim,

@@ -41,7 +41,7 @@ pub struct SubjectReport {
     pub runs: Vec<RunReport>,
     /// How similar each run is to the non-caching one at the same times.
     pub similarity: Vec<Similarity>,
-    /// Pictures through coarser and shorter caches against those through a whole one in 32 bits.
+    /// Pictures through coarser and shorter caches against those through the finest one, in 32 bits.
     pub cache_settings: Vec<CacheSetting>,
     /// What was not measured, and why.
     pub skipped: Vec<String>,
@@ -179,7 +179,7 @@ pub struct CacheSetting {
     pub paths_per_cell: u32,
     /// The cache's own estimate of its error: it limits how far the other figures can be trusted.
     pub relative_error: f64,
-    /// Null for the whole cache itself.
+    /// Null for the finest cache itself.
     pub psnr: Option<f64>,
     pub ssim: Option<f64>,
     /// `None` where the paths are the same, so that there is no noise to leave out.

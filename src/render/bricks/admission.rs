@@ -93,7 +93,7 @@ impl Admission {
         }
     }
 
-    pub fn is_whole(&self) -> bool {
+    pub fn admits_all(&self) -> bool {
         self.count == ALL
     }
 
@@ -114,7 +114,7 @@ impl Admission {
     fn follow_slots(&mut self, report: &Streaming, loads: Loads) -> Result<(), NoRoom> {
         if report.advanced > 0 {
             self.count = self.count.saturating_mul(2);
-            if self.is_whole() {
+            if self.admits_all() {
                 self.first = 0;
             }
             return Ok(());
@@ -192,13 +192,13 @@ mod tests {
         admission
             .follow(&report(100, 7, 3), NONE)
             .expect("progress");
-        assert!(admission.is_whole());
+        assert!(admission.admits_all());
         for _ in 0..=PATIENCE {
             admission.follow(&report(100, 7, 0), SOME).expect("room");
         }
         assert_eq!((admission.first, admission.count), (7, 50));
         admission.follow(&report(0, ALL, 50), SOME).expect("room");
-        assert!(admission.is_whole());
+        assert!(admission.admits_all());
     }
 
     #[test]
@@ -220,7 +220,7 @@ mod tests {
         admission.follow(&report(0, ALL, 40), SOME).expect("room");
         assert_eq!((admission.first, admission.count), (60, 50));
         admission.follow(&report(0, ALL, 0), SOME).expect("room");
-        assert!(admission.is_whole() && admission.first == 0);
+        assert!(admission.admits_all() && admission.first == 0);
         assert_eq!(admission.enough, Some(50));
     }
 
@@ -239,6 +239,6 @@ mod tests {
     fn pixels_whose_bricks_are_late_are_no_fewer() {
         let mut admission = Admission::of_pixels(ALL);
         admission.follow(&report(80, 20, 10), LATE).expect("room");
-        assert!(admission.is_whole());
+        assert!(admission.admits_all());
     }
 }

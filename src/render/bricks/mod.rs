@@ -263,7 +263,7 @@ impl VolumeBricks {
         let mut state = self.state.borrow_mut();
         state.exchange.read_report(&self.host);
         let report = state.exchange.report;
-        let is_done = report.missed == 0 && admission.is_whole();
+        let is_done = report.missed == 0 && admission.admits_all();
         if state.exchange.previews || is_done {
             return Ok(false);
         }

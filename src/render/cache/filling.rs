@@ -24,7 +24,7 @@ pub struct Filling {
     pub took: Duration,
     /// The pace of batches in which nodes gather (`gathering.glsl`).
     pub(super) gathering: Pace,
-    /// The pace of batches in which nodes trace whole paths.
+    /// The pace of batches of traced paths.
     pub(super) tracing: Pace,
 }
 

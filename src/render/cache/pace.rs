@@ -1,5 +1,5 @@
 //! How many paths the nodes get in a batch, and how long that takes: batches in which nodes gather from each other
-//! (`gathering.glsl`) are faster than those in which they trace whole paths.
+//! (`gathering.glsl`) are faster than those of traced paths.
 
 use std::time::Duration;
 

@@ -10,7 +10,7 @@ use super::memory::CacheMemory;
 use super::pace::history;
 use super::work_memory::MOST_PARTS;
 use crate::render::shared::{
-    BOTH_HALVES, COARSE_NODES, FILLED_COARSE, FILLED_FIRST, FILLED_WHOLE, GATHERED, NODES, Turn,
+    BOTH_HALVES, COARSE_NODES, FILLED_ALL, FILLED_COARSE, FILLED_FIRST, GATHERED, NODES, Turn,
 };
 
 /// Paths in a part, unless there would be more than the most parts.
@@ -97,7 +97,7 @@ impl WorkList {
             brick.filled = match had {
                 _ if is_coarse => FILLED_COARSE,
                 0 => FILLED_FIRST,
-                _ => FILLED_WHOLE,
+                _ => FILLED_ALL,
             };
             if samples > 0 {
                 jobs.push(Job {

@@ -38,7 +38,7 @@ pub struct FirstHits {
 }
 
 impl Renderer {
-    /// The picture after the last whole unit.
+    /// The picture after the last complete unit.
     pub fn film(&mut self) -> Result<Film> {
         let sums = self.sums()?;
         Ok(Film {
@@ -56,7 +56,7 @@ impl Renderer {
         sums.standard_error(samples, units, cache_error)
     }
 
-    /// The sums after the last whole unit, with which another renderer can continue the picture.
+    /// The sums after the last complete unit, with which another renderer can continue the picture.
     pub fn sums(&mut self) -> Result<Sums> {
         self.complete_mean()?;
         let (frame, r) = (&mut self.frame, &self.resources);

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::halves::Halves;
 
-/// The sums of a picture after its last whole unit, in the GPU's own precision; row 0 on top.
+/// The sums of a picture after its last complete unit, in the GPU's own precision; row 0 on top.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sums {
     /// RGB and coverage.

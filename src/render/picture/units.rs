@@ -69,7 +69,7 @@ impl Renderer {
         if let Some(bricks) = &self.resources.bricks {
             bricks.begin_preview();
         }
-        let sampled = self.whole_unit();
+        let sampled = self.add_sample();
         let r = &self.resources;
         if let Some(bricks) = &r.bricks {
             // A preview ends also where a sample fails: other pictures wait for their bricks.
@@ -81,7 +81,7 @@ impl Renderer {
     }
 
     /// Gives every pixel another sample.
-    fn whole_unit(&mut self) -> Result<()> {
+    fn add_sample(&mut self) -> Result<()> {
         while !self.advance_unit(1)? {}
         Ok(())
     }

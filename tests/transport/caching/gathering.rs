@@ -76,7 +76,7 @@ fn filled_without_gathering(updates: u32, seed: u32) -> Cached {
     cached
 }
 
-/// A gathered path counts for a whole one.
+/// A gathered path counts for a traced one.
 fn shaders_that_remember() -> Shaders {
     let text = include_str!("../../../glsl/merge_parts.comp");
     let [right, wrong] = ["turn.history", "float(turn.first_sample)"];

@@ -77,7 +77,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let mut notes = others(&found, &groups, number);
     notes.extend(found.told_unreadable());
     let group = &groups[number];
-    check_whole(&found, group)?;
+    check_undamaged(&found, group)?;
     let stack = Stack::new(&found.images, group)?;
     let guess = stack.guess.clone();
     notes.extend(guess.filter(|_| overrides.spacing.is_none()));
@@ -128,7 +128,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
 }
 
 /// Fails if a file of the group is damaged.
-fn check_whole(found: &Found, group: &Group) -> Parsed<()> {
+fn check_undamaged(found: &Found, group: &Group) -> Parsed<()> {
     let mut images = group.frames.iter().map(|at| &found.images[at.image]);
     images.try_for_each(|image| match &image.damage {
         Some(damage) => Err(image.named(damage)),

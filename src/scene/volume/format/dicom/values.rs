@@ -102,8 +102,9 @@ impl Values {
 /// A number that is whole but for a rounding of at most `tolerance`, and not so large that products would overflow.
 fn whole(number: f64, tolerance: f64) -> Option<i64> {
     let rounded = number.round();
-    let is_whole = (number - rounded).abs() <= tolerance && rounded.abs() <= f64::from(1 << 30);
-    is_whole.then_some(rounded as i64)
+    let rounds_to_integer =
+        (number - rounded).abs() <= tolerance && rounded.abs() <= f64::from(1 << 30);
+    rounds_to_integer.then_some(rounded as i64)
 }
 
 /// The narrowest type for all whole numbers from `low` to `high`, and the offset to subtract from them.
