@@ -122,7 +122,7 @@ impl<'a> Trial<'a> {
             making,
         }) = self.open.take()
         else {
-            return Ok(Tried::settled(self.engine, Stopwatch::paused()));
+            return Ok(Tried::decided(self.engine, Stopwatch::paused()));
         };
         let mut watch = Stopwatch::started();
         let short = WORTH_A_TRIAL * making;
@@ -140,13 +140,13 @@ impl<'a> Trial<'a> {
         };
         if uncached.variance.is_finite() && uncached.seconds_of(&task) <= short {
             self.engine.choice.reason = TOO_SHORT.into();
-            return Ok(Tried::settled(self.engine, watch));
+            return Ok(Tried::decided(self.engine, watch));
         }
         let setup = self.setup;
         let caches = setup.host.caches(setup.volume, setup.scene, &chosen)?;
         if caches.is_empty() {
             self.engine.choice.reason = chosen.reason;
-            return Ok(Tried::settled(self.engine, watch));
+            return Ok(Tried::decided(self.engine, watch));
         }
         let begun = match totals.samples {
             0 => None,
@@ -154,7 +154,7 @@ impl<'a> Trial<'a> {
         };
         drop(self.engine);
         match setup.best_of(caches, &uncached, &task, making, &mut watch)? {
-            Contest::Won(engine, watch) => Ok(Tried::settled(*engine, watch)),
+            Contest::Won(engine, watch) => Ok(Tried::decided(*engine, watch)),
             Contest::Lost { why } => {
                 let mut engine = setup.engine(plain)?;
                 if let Some(sums) = begun {
@@ -167,7 +167,7 @@ impl<'a> Trial<'a> {
 }
 
 impl Tried {
-    fn settled(engine: Engine, watch: Stopwatch) -> Tried {
+    fn decided(engine: Engine, watch: Stopwatch) -> Tried {
         Tried {
             engine,
             watch,
@@ -302,13 +302,13 @@ impl Engine {
             let head_start = to_go_back + self.seconds_filled();
             let is_better = Compared::of(rival, &cached, task).cache_is_better(head_start);
             let is_known = |cache: &Cache| cache.filling.is_known_to(f64::INFINITY);
-            let is_settled = if until.is_over() {
+            let is_decided = if until.is_over() {
                 // To be wrong costs most where paths wait for bricks.
                 !self.streams() || self.renderer.cache().is_some_and(is_known)
             } else {
                 self.is_filled_for(Some(cached), &task.stop, task.pictures)
             };
-            if !is_better || is_settled || !self.fill_on(task.interrupt.into(), watch)? {
+            if !is_better || is_decided || !self.fill_on(task.interrupt.into(), watch)? {
                 return Ok(Some(TriedCache {
                     forecast: cached,
                     is_better,

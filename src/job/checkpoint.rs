@@ -23,7 +23,7 @@ pub struct CheckpointedRender<'a> {
     pub opened: &'a Opened,
     pub views: &'a [View],
     pub stop: Stop,
-    /// Whether it is not known yet which variant is the fastest: a checkpoint would settle it for good.
+    /// Whether it is not known yet which variant is the fastest: a checkpoint would decide it for good.
     pub is_variant_open: bool,
 }
 

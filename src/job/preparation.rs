@@ -78,8 +78,8 @@ fn choose(args: &RenderArgs, setup: &Setup<'_>, before: Option<&Settings>) -> Re
         scene,
         ..
     } = *setup;
-    let settled = before.map(|before| before.settle(scene));
-    let mut choice = host.plan(volume, settled.as_ref().unwrap_or(scene))?;
+    let applied = before.map(|before| before.apply_to(scene));
+    let mut choice = host.plan(volume, applied.as_ref().unwrap_or(scene))?;
     host.check_picture(volume, &choice.plan, scene.render.size, args.keeps_sums())?;
     if let Some(before) = before {
         choice.reason = before.reason.clone();

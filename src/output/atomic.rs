@@ -103,14 +103,14 @@ impl Outputs {
         write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
     ) -> Result<()> {
         let written = Pending::write(path, write).map(|file| self.pending.push(file));
-        self.settle(written)
+        self.tolerate(written)
     }
 
     /// Gives every file its final name.
     pub fn commit(mut self) -> Result<()> {
         for file in std::mem::take(&mut self.pending) {
             let committed = file.commit();
-            self.settle(committed)?;
+            self.tolerate(committed)?;
         }
         let mut lost = self.lost.into_iter();
         let first = lost.next();
@@ -121,7 +121,7 @@ impl Outputs {
     }
 
     /// Puts an error aside where the other outputs are independent of it.
-    fn settle(&mut self, done: Result<()>) -> Result<()> {
+    fn tolerate(&mut self, done: Result<()>) -> Result<()> {
         match done {
             Err(error) if self.are_independent => {
                 self.lost.push(error);

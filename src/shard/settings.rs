@@ -31,9 +31,9 @@ impl Settings {
     }
 
     /// The scene with these settings wherever it leaves one open.
-    pub fn settle(&self, scene: &Scene) -> Scene {
-        let mut settled = scene.clone();
-        let render = &mut settled.render;
+    pub fn apply_to(&self, scene: &Scene) -> Scene {
+        let mut applied = scene.clone();
+        let render = &mut applied.render;
         if render.variant == scene::Variant::Auto {
             render.variant = self.variant;
         }
@@ -43,6 +43,6 @@ impl Settings {
         if render.cache_format == CacheFormat::Auto {
             render.cache_format = self.cache_format;
         }
-        settled
+        applied
     }
 }

@@ -50,11 +50,11 @@ impl Fit {
         let room = std::array::from_fn(|a| high[a].saturating_sub(low[a]).max(1));
         let before = stage.picture_size();
         let is_right = |live: &Live| live.engine.scene().render.size == before;
-        let is_settled = room == self.room
+        let is_unchanged = room == self.room
             && before == self.size()
             && !stage.is_outdated()
             && session.live().is_none_or(is_right);
-        if is_settled {
+        if is_unchanged {
             session.scene.render.size = before;
             return Ok(false);
         }

@@ -9,7 +9,7 @@ pub struct History {
     past: Vec<Scene>,
     future: Vec<Scene>,
     /// The scene as it was when the last change had ended.
-    settled: Scene,
+    committed: Scene,
 }
 
 impl History {
@@ -17,33 +17,33 @@ impl History {
         History {
             past: Vec::new(),
             future: Vec::new(),
-            settled: scene.clone(),
+            committed: scene.clone(),
         }
     }
 
     /// A change is one step, however many frames a drag takes: it ends when no button is down.
-    pub fn settle(&mut self, scene: &Scene) {
-        let settled = like(&self.settled, scene);
-        if settled != *scene {
-            self.past.push(self.settled.clone());
+    pub fn commit(&mut self, scene: &Scene) {
+        let committed = like(&self.committed, scene);
+        if committed != *scene {
+            self.past.push(self.committed.clone());
             self.future.clear();
-            self.settled = scene.clone();
+            self.committed = scene.clone();
             let excess = self.past.len().saturating_sub(MOST_STEPS);
             self.past.drain(..excess);
         }
     }
 
     pub fn undo(&mut self, scene: &mut Scene) {
-        step(&mut self.past, &mut self.future, &mut self.settled, scene);
+        step(&mut self.past, &mut self.future, &mut self.committed, scene);
     }
 
     pub fn redo(&mut self, scene: &mut Scene) {
-        step(&mut self.future, &mut self.past, &mut self.settled, scene);
+        step(&mut self.future, &mut self.past, &mut self.committed, scene);
     }
 
     /// Forgets the last change, which could not be shown: `scene` is as it was before.
     pub fn retract(&mut self, scene: &Scene) {
-        self.settled = scene.clone();
+        self.committed = scene.clone();
         for steps in [&mut self.past, &mut self.future] {
             steps.pop_if(|step| like(step, scene) == *scene);
         }
@@ -58,11 +58,11 @@ impl History {
     }
 }
 
-fn step(from: &mut Vec<Scene>, to: &mut Vec<Scene>, settled: &mut Scene, scene: &mut Scene) {
+fn step(from: &mut Vec<Scene>, to: &mut Vec<Scene>, committed: &mut Scene, scene: &mut Scene) {
     if let Some(other) = from.pop() {
         to.push(scene.clone());
         *scene = like(&other, scene);
-        *settled = scene.clone();
+        *committed = scene.clone();
     }
 }
 
@@ -95,10 +95,10 @@ mod tests {
     fn what_could_not_be_shown_is_no_step() {
         let [first, shown, failed] = [1.0, 2.0, 3.0].map(dense);
         let mut history = History::new(&first);
-        history.settle(&shown);
-        history.settle(&failed);
+        history.commit(&shown);
+        history.commit(&failed);
         history.retract(&shown);
-        history.settle(&shown);
+        history.commit(&shown);
         assert!(!history.can_redo());
         let mut scene = shown;
         history.undo(&mut scene);

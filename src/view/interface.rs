@@ -76,7 +76,7 @@ impl Interface<'_> {
         let live = session.live();
         hud::windows(ui, self.hud, self.report, live, &self.memory);
         if !ui.input(|i| i.pointer.any_down()) {
-            session.history.settle(&session.scene);
+            session.history.commit(&session.scene);
         }
         // One progress at a time: what is being opened comes first.
         let building = session.build_under_way();

@@ -111,7 +111,7 @@ impl Subject {
         Ok(subject)
     }
 
-    /// Settles the scene and its plan for one variant.
+    /// Resolves the scene for one variant, and plans it.
     pub fn entrant(&self, host: &Host, volume: &Volume, variant: &BenchVariant) -> Result<Entrant> {
         let mut file = self.file.clone();
         file.render.variant = Some(variant.variant);

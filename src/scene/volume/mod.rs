@@ -1,7 +1,7 @@
 //! A volume: the meaning of its voxels, and a source from which they are read on demand.
 //!
 //! Nothing needs all voxels in memory. A format's module parses a header (`format`) and provides the source of the
-//! voxels (`source`); one walk through them finds what depends on all of them (`settle`); from then on a [`Reader`]
+//! voxels (`source`); one scan of them finds what depends on all of them (`scan`); from then on a [`Reader`]
 //! gives the stored values of any region, cropped, converted and in the volume's order, the same way for every format
 //! (`grid`).
 
@@ -18,8 +18,8 @@ mod parsed;
 mod quantity;
 mod reading;
 mod region;
+mod scan;
 mod series;
-mod settle;
 mod source;
 mod statistics;
 mod storage;
@@ -118,7 +118,7 @@ impl Volume {
 
     /// How often values occur, in at most `most_bins` bins. Integer data whose values fit get one bin a
     /// value, so that no value is split between two. Integers were counted when the volume was
-    /// opened; floats are counted when they are first asked for, which takes a walk through the voxels.
+    /// opened; floats are counted when they are first asked for, which takes a scan of the voxels.
     ///
     /// # Errors
     ///
@@ -200,7 +200,7 @@ impl Volume {
         let mut known = found.filter(is_enough);
         if known.is_none() {
             match keeping.write(self) {
-                // Failing to keep what a walk can find again is not worth an error.
+                // Failing to keep what a scan can find again is not worth an error.
                 Err(error) if error.is_about_input() && self.is_direct() => {
                     return Ok(self.clone());
                 }

@@ -1,4 +1,4 @@
-//! From a header to a [`Volume`]: the user's settings override those of the file, one walk through the voxels settles
+//! From a header to a [`Volume`]: the user's settings override those of the file, one scan of the voxels finds
 //! what they mean, and left-handed axes become right-handed.
 
 use std::ops::RangeInclusive;
@@ -15,8 +15,8 @@ use super::overrides::VolumeOverrides;
 use super::parsed::{Fault, Keyed, Parsed};
 use super::reading::Reading;
 use super::region::Region;
+use super::scan::{Extremes, Scan, scan};
 use super::series::{Preview, Series};
-use super::settle::{Extremes, Settled, settle};
 use super::source::memory::Memory;
 use super::source::watched::{HAS_CHANGED, version_at};
 use super::statistics::Statistics;
@@ -27,7 +27,7 @@ use super::voxel_type::VoxelType;
 use crate::error::{Error, Location, Result};
 
 impl Volume {
-    /// Opens a volume of any format, recognised by the file's name, and walks through its voxels once.
+    /// Opens a volume of any format, recognised by the file's name, and scans its voxels once.
     ///
     /// # Errors
     ///
@@ -37,7 +37,7 @@ impl Volume {
     }
 
     /// [`Volume::load`] while another thread waits: `reading` reports the progress to it, and lets it stop the
-    /// reading. If `stores` knows the volume, there is no walk.
+    /// reading. If `stores` knows the volume, there is no scan.
     ///
     /// # Errors
     ///
@@ -135,8 +135,8 @@ fn open(
         filler: None,
         name: name.into(),
     };
-    let (settled, histogram) = walked(&mut grid, known, is_mirrored, reading)?;
-    let extremes = settled.extremes;
+    let (scan, histogram) = scanned(&mut grid, known, is_mirrored, reading)?;
+    let extremes = scan.extremes;
     notes.extend(what_conversion_changes(&extremes, header.voxel_type));
     let axes = right_handed(orientation, &mut notes);
     let (scale, offset) = conversion.meaning();
@@ -157,7 +157,7 @@ fn open(
         quantity: header.about.quantity,
         files,
         grid: Arc::new(grid),
-        statistics: Arc::new(Statistics::new(settled.ranges, settled.counts, histogram)),
+        statistics: Arc::new(Statistics::new(scan.ranges, scan.counts, histogram)),
         keeping: store_file.map(|store_file| {
             Arc::new(Keeping {
                 store_file,
@@ -181,25 +181,25 @@ fn find(
         })
 }
 
-/// Walks through the voxels in the source's order, unless what that tells is known. From then on they are read in the
+/// Scans the voxels in the source's order, unless what that tells is known. From then on they are read in the
 /// volume's order, which may be mirrored.
-fn walked(
+fn scanned(
     grid: &mut Grid,
     known: Option<Known>,
     is_mirrored: bool,
     reading: &Reading,
-) -> Parsed<(Settled, Option<Histogram>)> {
-    let (mut settled, histogram) = match known {
-        Some(known) => (known.settled, known.histogram),
-        None => (settle(grid, is_mirrored, reading)?, None),
+) -> Parsed<(Scan, Option<Histogram>)> {
+    let (mut scan, histogram) = match known {
+        Some(known) => (known.scan, known.histogram),
+        None => (scan(grid, is_mirrored, reading)?, None),
     };
-    let extremes = &settled.extremes;
+    let extremes = &scan.extremes;
     grid.filler = (extremes.infinite > 0).then_some(extremes.range[0]);
     grid.is_mirrored = is_mirrored;
-    if let Some(voxels) = settled.kept.take() {
+    if let Some(voxels) = scan.kept.take() {
         grid.keep(voxels);
     }
-    Ok((settled, histogram))
+    Ok((scan, histogram))
 }
 
 /// Remarks about values that are not kept as they are in the file.

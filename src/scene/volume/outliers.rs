@@ -50,7 +50,7 @@ impl Volume {
         Ok(found.histogram)
     }
 
-    /// Whether it is worth a walk through the voxels to know the smallest and largest value in each bin.
+    /// Whether it is worth a scan of the voxels to know the smallest and largest value in each bin.
     fn may_have_outliers(&self, histogram: &Histogram) -> bool {
         self.not_alone(histogram).is_some() || is_split(&histogram.counts)
     }

@@ -59,7 +59,7 @@ impl Statistics {
     }
 
     /// Adds the meaning of all stored values to an empty tally: those of integers, which have been counted, or of
-    /// floats in a walk through the voxels.
+    /// floats in a scan of the voxels.
     pub fn count<T: Tally>(
         &self,
         empty: T,

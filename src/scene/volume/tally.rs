@@ -4,10 +4,10 @@ use bytemuck::cast_slice_mut;
 use rayon::prelude::*;
 
 use super::grid::Grid;
-use super::settle::shares;
+use super::scan::shares;
 use crate::error::Result;
 
-/// Voxels of a piece of the walk through floats.
+/// Voxels of a piece of the scan of floats.
 const PIECE: usize = 2 << 20;
 
 /// A summary that is built up value by value, on several cores.
@@ -31,7 +31,7 @@ pub(super) fn tally_integers<T: Tally>(
     empty
 }
 
-/// Adds the meaning of stored floats to an empty tally, in a walk through the voxels.
+/// Adds the meaning of stored floats to an empty tally, in a scan of the voxels.
 pub(super) fn tally_floats<T: Tally>(
     empty: T,
     grid: &Grid,

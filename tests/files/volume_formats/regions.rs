@@ -263,7 +263,7 @@ fn a_reversed_file_is_known_like_the_same_voxels_in_order() {
     }
 }
 
-/// The walk takes many pieces, and each of them is shared among the cores.
+/// The scan takes many pieces, and each of them is shared among the cores.
 #[test]
 fn large_volumes_are_known_like_small_ones() {
     const DIMS: [u32; 3] = [300, 200, 170];

@@ -12,7 +12,7 @@ pub fn allowed(file: usize) -> usize {
     (8 << 20) + 16 * file
 }
 
-/// The same of formats whose parts are decoded alone: a piece of the walk and the state of decompression, and what parts may
+/// The same of formats whose parts are decoded alone: a piece of the scan and the state of decompression, and what parts may
 /// decode to. A codec makes at most so many bytes of one (as the constant in `source/codec` says), and what it makes is kept,
 /// converted and placed.
 pub fn allowed_in_chunks(file: usize) -> usize {
@@ -49,10 +49,10 @@ pub fn check(path: &Path, overrides: &VolumeOverrides, allowed: usize) {
     check_part(&volume, &voxels);
 }
 
-/// [`check`] for formats that need not store what is the same everywhere: a walk through such a volume is as long as it is.
+/// [`check`] for formats that need not store what is the same everywhere: a scan of such a volume is as long as it is.
 /// Of one that is larger than its file could be, one voxel is read.
 pub fn check_if_dense(path: &Path, overrides: &VolumeOverrides, allowed: usize) {
-    /// Bytes that are asked for on the way of a voxel: of its chunk, of the walk, and of what is made of it.
+    /// Bytes that are asked for on the way of a voxel: of its chunk, of the scan, and of what is made of it.
     const BYTES_OF_A_VOXEL: u64 = 32;
     let one = VolumeOverrides {
         crop: Some([[0; 3], [1; 3]]),

@@ -15,7 +15,7 @@ use crate::scene::volume::histogram::Histogram;
 use crate::scene::volume::macrocells::MACROCELL;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::region::Region;
-use crate::scene::volume::settle::{Extremes, Settled};
+use crate::scene::volume::scan::{Extremes, Scan};
 use crate::scene::volume::source::watched::WatchedFile;
 use crate::scene::volume::source::{Access, Cursor, Source};
 use crate::scene::volume::stored::StoredType;
@@ -27,7 +27,7 @@ const MAGIC: [u8; 8] = *b"isostore";
 
 /// The contents of a store.
 pub struct Known {
-    pub settled: Settled,
+    pub scan: Scan,
     /// The last histogram of floats.
     pub histogram: Option<Histogram>,
     /// `None` if the volume itself can be read in any order.
@@ -166,7 +166,7 @@ pub fn open(
     }
     let [low, width] = head.bins;
     Ok(Some(Known {
-        settled: Settled {
+        scan: Scan {
             extremes: Extremes {
                 range: head.range,
                 infinite: head.infinite,

@@ -2,9 +2,9 @@
 //!
 //! A volume that streams is read brick by brick, in any order. A file that cannot be read in this way (gzip, DICOM,
 //! strips of TIFF) is copied once into a *store*: one file in a folder for stores, with the stored values in chunks
-//! that are each compressed on their own ([`file`]), and with everything that would take a walk through the voxels to
-//! find out. So a second run neither walks nor copies. If the volume itself can be read in any order, only the
-//! results of the walk are kept.
+//! that are each compressed on their own ([`file`]), and with everything that would take a scan of the voxels to
+//! find out. So a second run neither scans nor copies. If the volume itself can be read in any order, only the
+//! results of the scan are kept.
 //!
 //! A store has its name from the volume's path and from the user's settings for it, so that a file that has changed
 //! gets its store replaced. Whether a store belongs to the volume is decided by its identity: the lengths and times
@@ -29,7 +29,7 @@ use super::format::header::Header;
 use super::overrides::VolumeOverrides;
 use super::parsed::Parsed;
 use super::region::Region;
-use super::settle::Extremes;
+use super::scan::Extremes;
 use super::source::watched::version;
 use super::stored::StoredType;
 use super::voxel_type::Endian;

@@ -1,4 +1,4 @@
-//! Copies a volume into its store, or only the results of the walk through it.
+//! Copies a volume into its store, or only the results of the scan of it.
 //!
 //! One layer of chunks is compressed by all cores while the next one is read: a compressed file is inflated by a
 //! single core.

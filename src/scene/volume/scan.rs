@@ -1,7 +1,7 @@
 //! The properties of a volume that depend on all of its voxels: the range of values, the value in place of those that
 //! are not finite, the macrocells' ranges, and how often each value occurs.
 //!
-//! All of it is found on one walk through the source, and no voxel is kept for it: voxels pass through a buffer.
+//! All of it is found in one scan of the source, and no voxel is kept for it: voxels pass through a buffer.
 //! Behind compression, where a header could promise anything, allocations grow with the voxels that really arrive.
 //!
 //! A small compressed file is the exception: its voxels are kept, because an opened volume is read at least once
@@ -20,7 +20,7 @@ use super::region::Region;
 use super::source::Access;
 use super::stored::{Stored, StoredType, Voxels};
 
-/// Bytes of a piece of the walk.
+/// Bytes of a piece of the scan.
 const PIECE: usize = 8 << 20;
 /// Bytes of a piece of a compressed file, whose header may promise more than the file holds.
 const PIECE_OF_STREAM: usize = 256 << 10;
@@ -31,9 +31,9 @@ const MOST_SHARES: usize = 16;
 /// Bytes up to which the voxels of a compressed file stay in memory.
 const MOST_KEPT: u64 = 32 << 20;
 
-/// The results of the walk, in terms of stored values.
+/// The results of the scan, in terms of stored values.
 #[derive(Debug)]
-pub(super) struct Settled {
+pub(super) struct Scan {
     pub extremes: Extremes,
     /// Smallest and largest value of each macrocell, x fastest.
     pub ranges: Vec<[f32; 2]>,
@@ -55,11 +55,11 @@ pub(super) struct Extremes {
 
 /// Scans all voxels of `grid` in the source's order. If the volume reverses the slices (`is_mirrored`), macrocells are
 /// nevertheless numbered as in the volume.
-pub(super) fn settle(grid: &Grid, is_mirrored: bool, reading: &Reading) -> Parsed<Settled> {
+pub(super) fn scan(grid: &Grid, is_mirrored: bool, reading: &Reading) -> Parsed<Scan> {
     match grid.stored() {
-        StoredType::U8 => walk::<u8>(grid, is_mirrored, reading),
-        StoredType::U16 => walk::<u16>(grid, is_mirrored, reading),
-        StoredType::F32 => walk::<f32>(grid, is_mirrored, reading),
+        StoredType::U8 => scan_as::<u8>(grid, is_mirrored, reading),
+        StoredType::U16 => scan_as::<u16>(grid, is_mirrored, reading),
+        StoredType::F32 => scan_as::<f32>(grid, is_mirrored, reading),
     }
 }
 
@@ -71,7 +71,7 @@ struct PartialResults {
     least: f32,
 }
 
-fn walk<T: Stored>(grid: &Grid, is_mirrored: bool, reading: &Reading) -> Parsed<Settled> {
+fn scan_as<T: Stored>(grid: &Grid, is_mirrored: bool, reading: &Reading) -> Parsed<Scan> {
     let all = Region::whole(grid.dims()).voxels() as u64;
     let size = grid.conversion.from.bytes() as u64;
     reading.expect(all * size);
@@ -90,7 +90,7 @@ fn walk<T: Stored>(grid: &Grid, is_mirrored: bool, reading: &Reading) -> Parsed<
         reader.fill(piece, cast_slice_mut(&mut buffer))?;
         reading.spend(began.elapsed());
         reading.advance(piece.voxels() as u64 * size)?;
-        look(piece, &buffer, &mut macrocells, &mut partials);
+        add_region(piece, &buffer, &mut macrocells, &mut partials);
         if is_kept {
             kept.extend_from_slice(&buffer);
         }
@@ -102,7 +102,7 @@ fn walk<T: Stored>(grid: &Grid, is_mirrored: bool, reading: &Reading) -> Parsed<
         least,
     } = joined.unwrap_or_else(PartialResults::new::<T>);
     let mut ranges = macrocells.finish();
-    Ok(Settled {
+    Ok(Scan {
         extremes: Extremes {
             range: fill_gaps(&mut ranges, least)?,
             infinite,
@@ -114,8 +114,8 @@ fn walk<T: Stored>(grid: &Grid, is_mirrored: bool, reading: &Reading) -> Parsed<
     })
 }
 
-/// Looks at the values of a region with all cores, each of which has a share of its own.
-fn look<T: Stored>(
+/// Adds the values of a region with all cores, each of which has a share of its own.
+fn add_region<T: Stored>(
     region: Region,
     values: &[T],
     macrocells: &mut Macrocells,
@@ -125,8 +125,8 @@ fn look<T: Stored>(
     while partials.len() < shares.len() {
         partials.push(PartialResults::new::<T>());
     }
-    let looked = shares.into_par_iter().zip(partials);
-    let parts = looked.map(|((region, values), partial)| {
+    let added = shares.into_par_iter().zip(partials);
+    let parts = added.map(|((region, values), partial)| {
         partial.add(values);
         macrocells.part(region, values)
     });
@@ -159,7 +159,7 @@ impl PartialResults {
 
     fn add<T: Stored>(&mut self, values: &[T]) {
         match T::COUNTED {
-            0 => self.look_for_infinite(values),
+            0 => self.count_infinite(values),
             _ => self.count(values),
         }
     }
@@ -180,7 +180,7 @@ impl PartialResults {
             .for_each(|value| self.counts[value.index()] += 1);
     }
 
-    fn look_for_infinite<T: Stored>(&mut self, values: &[T]) {
+    fn count_infinite<T: Stored>(&mut self, values: &[T]) {
         let is_finite = |value: &T| Into::<f32>::into(*value).is_finite();
         let finite = values.iter().filter(|value| is_finite(value)).count();
         self.infinite += (values.len() - finite) as u64;
