@@ -260,7 +260,7 @@ void main() {
     if (!ends_pixel(position)) {
         return;
     }
-    count_samples();
+    count_lookups();
     imageStore(unit_sum, texel, vec4(front.radiance, 1.0 - front.transmittance));
     if (has_tails()) {
         tails.at[position] = front.tail;

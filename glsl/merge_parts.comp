@@ -35,16 +35,16 @@ void main() {
         add_sums(item + part * nodes, sums);
     }
     ivec3 texel = node_texel(node);
-    float samples = float(turn.samples);
-    float share = samples / (turn.history + samples);
-    vec4 light = sums.light / samples;
+    float paths = float(turn.paths);
+    float share = paths / (turn.history + paths);
+    vec4 light = sums.light / paths;
     if (share < 1.0) {
         vec4 before = texel_at(cache_light, texel);
         share = before.a < 0.0 ? 1.0 : share; // a guess
         light = mix(before, light, share);
     }
     imageStore(light_out, texel, rounded(light));
-    mat3 flux = sums.flux / samples;
+    mat3 flux = sums.flux / paths;
     if (has_node_flux) {
         if (share < 1.0) {
             flux = (1.0 - share) * flux_at(texel) + share * flux;

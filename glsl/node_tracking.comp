@@ -103,10 +103,10 @@ bool begin_item(inout Path path) {
     ivec3 node = node_at(index, turn.place, item - first_item_of(index));
     uvec3 lattice = scene.cache_nodes;
     path.pixel = (node.z * lattice.y + node.y) * lattice.x + node.x;
-    uint most = (turn.samples + turn.parts - 1u) / turn.parts;
+    uint most = (turn.paths + turn.parts - 1u) / turn.parts;
     uint first = turn.part * most;
-    path.samples_left = is_in_lattice(node) ? min(most, turn.samples - first) : 0u;
-    path.sample_index = NODE_SAMPLES + turn.first_sample + first - 1u;
+    path.samples_left = is_in_lattice(node) ? min(most, turn.paths - first) : 0u;
+    path.sample_index = NODE_SAMPLES + turn.paths_before + first - 1u;
     slot_node.node = node;
     slot_node.item = item;
     slot_node.gathers = gathers(turn, push.nodes_half) ? 1u : 0u;

@@ -240,7 +240,7 @@ void main() {
     if (!ends_pixel(index)) {
         return;
     }
-    count_samples();
+    count_lookups();
     front.radiance += front.transmittance * background(ray.direction);
     vec4 result = vec4(front.radiance, 1.0 - front.transmittance);
     if (push.wanted != MARCH_PICTURE) {

@@ -8,9 +8,9 @@
 
 struct Material {
     Surface surface;
-    float alpha;          // GGX width: max(roughness², 1e-3)
-    float diffuse_share;  // probability of each lobe in sampling
-    float specular_share;
+    float alpha; // GGX width: max(roughness², 1e-3)
+    float diffuse_probability; // of each lobe in sampling
+    float specular_probability;
 };
 
 // As in Burley's own implementation (disney.brdf).
@@ -22,20 +22,20 @@ Material make_material(uint index) {
     Material m;
     m.surface = surface_at(index);
     m.alpha = max(m.surface.roughness * m.surface.roughness, 1e-3);
-    m.diffuse_share = 1.0;
-    m.specular_share = 0.0;
+    m.diffuse_probability = 1.0;
+    m.specular_probability = 0.0;
     if (has_phong && m.surface.shading == SHADING_PHONG) {
-        m.specular_share = m.surface.specular;
-        m.diffuse_share = 1.0 - m.specular_share;
+        m.specular_probability = m.surface.specular;
+        m.diffuse_probability = 1.0 - m.specular_probability;
     }
     if (has_disney && m.surface.shading == SHADING_DISNEY) {
-        // Shares only steer sampling: any that are above 0 are right.
+        // Probabilities only steer sampling: any that are above 0 are right.
         float diffuse = (1.0 - m.surface.metallic) * max(luminance(m.surface.color), 0.1);
         float specular = mix(0.2 + 0.3 * m.surface.specular, 1.0, m.surface.metallic);
         float coat = 0.25 * m.surface.clearcoat;
         float sum = diffuse + specular + coat;
-        m.diffuse_share = diffuse / sum;
-        m.specular_share = specular / sum;
+        m.diffuse_probability = diffuse / sum;
+        m.specular_probability = specular / sum;
     }
     return m;
 }
@@ -129,33 +129,33 @@ vec3 brdf_value(Material m, vec3 n, vec3 v, vec3 l) {
 // Density of l, per steradian, in `brdf_sample`.
 float brdf_pdf(Material m, vec3 n, vec3 v, vec3 l) {
     float n_l = dot(n, l);
-    float pdf = m.diffuse_share * max(0.0, n_l) / PI;
+    float pdf = m.diffuse_probability * max(0.0, n_l) / PI;
     if (has_disney && m.surface.shading == SHADING_DISNEY) {
         vec3 h = normalize(l + v);
         float h_sine2 = sine_squared(n, h);
         // The density of h is D·(n·h); the Jacobian of h to l is 1/(4 l·h) = 1/(2|l + v|), which does not cancel where l is
         // near −v (Walter et al., "Microfacet Models for Refraction through Rough Surfaces", 2007).
         float jacobian = max(dot(n, h), 0.0) / max(2.0 * length(l + v), 1e-12);
-        float coat_share = 1.0 - m.diffuse_share - m.specular_share;
-        pdf += jacobian * (m.specular_share * ggx_d(h_sine2, m.alpha)
-                             + coat_share * gtr1_d(h_sine2, clearcoat_alpha(m)));
+        float coat_probability = 1.0 - m.diffuse_probability - m.specular_probability;
+        pdf += jacobian * (m.specular_probability * ggx_d(h_sine2, m.alpha)
+                             + coat_probability * gtr1_d(h_sine2, clearcoat_alpha(m)));
     }
     if (has_phong && m.surface.shading == SHADING_PHONG) {
-        pdf += m.specular_share * (m.surface.shininess + 1.0) / (2.0 * PI) * phong_lobe(m, n, v, l);
+        pdf += m.specular_probability * (m.surface.shininess + 1.0) / (2.0 * PI) * phong_lobe(m, n, v, l);
     }
     return pdf;
 }
 
 // A direction from the mixture of lobes; u.z picks the lobe. It may lie below the surface.
 vec3 brdf_sample(Material m, vec3 n, vec3 v, vec3 u) {
-    if (has_phong && m.surface.shading == SHADING_PHONG && u.z >= m.diffuse_share) {
+    if (has_phong && m.surface.shading == SHADING_PHONG && u.z >= m.diffuse_probability) {
         // 1 − cosine, of which the power is uniform.
         float x = one_minus_exp(max(0.0, -log(1.0 - u.x)) / (m.surface.shininess + 1.0)); // a device's log may err
         return direction_at(reflect(-v, n), 1.0 - x, sqrt(x * (2.0 - x)), u.y);
     }
-    if (has_disney && m.surface.shading == SHADING_DISNEY && u.z >= m.diffuse_share) {
+    if (has_disney && m.surface.shading == SHADING_DISNEY && u.z >= m.diffuse_probability) {
         float sine2;
-        if (u.z < m.diffuse_share + m.specular_share) {
+        if (u.z < m.diffuse_probability + m.specular_probability) {
             float a2 = m.alpha * m.alpha;
             // sin²θ_h of GGX: α²u/(1 − u + α²u), from tan²θ_h = α²u/(1 − u) (Walter et al. 2007, eq. 35).
             sine2 = a2 * u.x / (1.0 - u.x + a2 * u.x);

@@ -12,7 +12,7 @@
 bool end_in_cache(inout Path path, inout Random random) {
     vec3 g = end_of_flight(path);
     Cube cube = cube_at(g);
-    if (path.collisions + 1u < cache_order || is_left_to_paths(cube)) {
+    if (path.collisions + 1u < first_cached_collision || is_left_to_paths(cube)) {
         return false;
     }
     CachedLight light = read_cache(cube);

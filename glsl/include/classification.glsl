@@ -79,24 +79,24 @@ Medium mean_medium(vec4 mean) {
     return Medium(scene.density * mean.a, albedo);
 }
 
-// The parts of a step between points of the transfer function: the first part ends at the point that comes first, and the last
-// part begins at the last one. A step without points has a first part alone.
-struct Parts {
+// The parts at the ends of a step over points of the transfer function: the first part ends at the point that comes first, and
+// the last part begins at the last one. A step without points has a first part alone.
+struct StepEnds {
     vec2 lengths;     // of the first and the last part, as shares of the step
     vec4 first, last; // colour and opacity where the first part ends and the last one begins
 };
 
 const vec2 ONE_PART = vec2(1.0, 0.0);
 
-Parts parts_between(Classified begin, Classified end) {
+StepEnds step_ends_between(Classified begin, Classified end) {
     if (!has_points(begin, end)) {
-        return Parts(ONE_PART, end.color, end.color);
+        return StepEnds(ONE_PART, end.color, end.color);
     }
     bool rises = end.value > begin.value;
     vec2 points = rises ? vec2(begin.segment.y, end.segment.x) : vec2(begin.segment.x, end.segment.y);
     float range = abs(end.value - begin.value);
     vec2 lengths = abs(points - vec2(begin.value, end.value)) / (range > 0.0 ? range : LARGEST);
-    return Parts(clamp(lengths, 0.0, 1.0), rises ? begin.high : begin.low, rises ? end.low : end.high);
+    return StepEnds(clamp(lengths, 0.0, 1.0), rises ? begin.high : begin.low, rises ? end.low : end.high);
 }
 
 // `color` premultiplied by its opacity, which stays in a.
@@ -113,7 +113,7 @@ float mean_bend(float x0, float x1) {
 // parabola: at a share x of the step by 4·bend·x(1 − x). Within one segment of the transfer function, colour and opacity are
 // off by that times their slopes, which is exact: the mean of x(1 − x) is 1/6, and that of its square 1/30. Over points, a
 // part whose product rises by r adds r·bend/(field's rise) times the part's mean of 4x(1 − x), to first order in the bend.
-vec4 mean_along_bend(vec4 mean, float bend, Classified begin, Classified end, Parts parts) {
+vec4 mean_along_bend(vec4 mean, float bend, Classified begin, Classified end, StepEnds ends) {
     float range = begin.segment.y - begin.segment.x;
     vec4 off = bend * (begin.high - begin.low) / (range > 0.0 ? range : LARGEST);
     vec4 middle = 0.5 * (begin.color + end.color);
@@ -121,9 +121,9 @@ vec4 mean_along_bend(vec4 mean, float bend, Classified begin, Classified end, Pa
         (2.0 / 3.0) * (off.a * middle.rgb + middle.a * off.rgb) + (8.0 / 15.0) * off.a * off.rgb,
         (2.0 / 3.0) * off.a);
     float rise = end.value - begin.value;
-    vec2 x = vec2(parts.lengths.x, 1.0 - parts.lengths.y);
-    vec4 first = product(parts.first);
-    vec4 last = product(parts.last);
+    vec2 x = vec2(ends.lengths.x, 1.0 - ends.lengths.y);
+    vec4 first = product(ends.first);
+    vec4 last = product(ends.last);
     vec4 rises = mean_bend(0.0, x.x) * (first - product(begin.color))
                + mean_bend(x.x, x.y) * (last - first)
                + mean_bend(x.y, 1.0) * (product(end.color) - last);

@@ -16,7 +16,7 @@
 
 // Whether the paths of a batch gather.
 bool gathers(Turn turn, uint nodes_half) {
-    bool has_light = turn.first_sample > 0u || nodes_half == 1u;
+    bool has_light = turn.paths_before > 0u || nodes_half == 1u;
     return has_light && turn.gathers != 0u;
 }
 

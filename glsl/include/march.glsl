@@ -158,11 +158,11 @@ float straight_part(Classified begin, Classified end, float middle) {
 
 // The medium's mean in [from, march.t], which lies in one cell: a read of it tells the field at its ends and half way. (In motion
 // it may lie in two; then the one at its end is read, and the field is taken as straight.) Where the field is not straight
-// enough, march.t becomes the end of the first part that is. `parts` says how the transfer function's points divide the step.
+// enough, march.t becomes the end of the first part that is. `step_ends` says how points divide the step.
 //
 // There is no branch that depends on values, because a CPU's driver runs both sides of one. A loop has a second iteration
 // only where a lane needs it.
-Medium medium_in_step(Ray ray, float from, inout Classified begin, inout March march, out Parts parts) {
+Medium medium_in_step(Ray ray, float from, inout Classified begin, inout March march, out StepEnds step_ends) {
     vec3 end = ray.origin + march.t * ray.step;
     vec3 middle = ray.origin + 0.5 * (from + march.t) * ray.step;
     vec3 half_way = 0.5 * (march.t - from) * ray.step;
@@ -176,7 +176,7 @@ Medium medium_in_step(Ray ray, float from, inout Classified begin, inout March m
         float ends = begin.color.a + march.end.color.a;
         // Extinction is linear in the field, and so a cubic in t, whose mean Simpson's rule gives exactly.
         float mean = is_in_motion() ? 0.5 * ends : (ends + 4.0 * transfer_opacity(middle_value)) * (1.0 / 6.0);
-        parts = Parts(ONE_PART, march.end.color, march.end.color);
+        step_ends = StepEnds(ONE_PART, march.end.color, march.end.color);
         return Medium(scene.density * mean, scene.color);
     }
     float part = 1.0;
@@ -198,12 +198,12 @@ Medium medium_in_step(Ray ray, float from, inout Classified begin, inout March m
         begin.point = march.end.point;
         begin.color = march.end.color;
     }
-    parts = parts_between(begin, march.end);
+    step_ends = step_ends_between(begin, march.end);
     vec4 mean = mean_between(begin, march.end);
     if (!is_in_motion()) {
         float chord = 0.5 * (begin.value + march.end.value);
         float bend = value_in(corners, middle - cell + (part - 1.0) * half_way) - chord;
-        mean = mean_along_bend(mean, bend, begin, march.end, parts);
+        mean = mean_along_bend(mean, bend, begin, march.end, step_ends);
     }
     return mean_medium(mean);
 }
@@ -213,8 +213,8 @@ MarchStep make_step(Ray ray, inout March march) {
     float from = march.t;
     float most = min(from + march.longest_now, march.exit);
     march.t = max(from, min(march.cells.exit, most));
-    Parts parts;
-    Medium medium = medium_in_step(ray, from, begin, march, parts);
+    StepEnds step_ends;
+    Medium medium = medium_in_step(ray, from, begin, march, step_ends);
     if (is_dense) {
         adapt(ray, from, begin, march, medium);
     }
@@ -227,13 +227,13 @@ MarchStep make_step(Ray ray, inout March march) {
     s.alpha = one_minus_exp(medium.sigma_t * s.extent);
     s.albedo = medium.albedo;
     s.t = from;
-    vec4 ends = vec4(begin.color.a, parts.first.a, parts.last.a, march.end.color.a);
+    vec4 ends = vec4(begin.color.a, step_ends.first.a, step_ends.last.a, march.end.color.a);
     vec2 sums = ends.xz + ends.yw;
-    vec2 depths = 0.5 * parts.lengths * sums / max(medium.sigma_t / scene.density, 1e-30);
-    s.parts = parts.lengths;
+    vec2 depths = 0.5 * step_ends.lengths * sums / max(medium.sigma_t / scene.density, 1e-30);
+    s.parts = step_ends.lengths;
     // Where nothing is between the two parts, they have all of the optical depth.
-    float least = parts.lengths.x + parts.lengths.y < 1.0 - 1e-6 ? 1.0 : 1e-30;
-    s.depths = parts.lengths.x < 1.0 ? depths / max(least, depths.x + depths.y) : ONE_PART;
+    float least = step_ends.lengths.x + step_ends.lengths.y < 1.0 - 1e-6 ? 1.0 : 1e-30;
+    s.depths = step_ends.lengths.x < 1.0 ? depths / max(least, depths.x + depths.y) : ONE_PART;
     s.slopes = (ends.yw - ends.xz) / max(sums, 1e-30);
     return s;
 }

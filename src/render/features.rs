@@ -35,7 +35,7 @@ specialization! {
         pub background_is_color: bool,
         pub background_is_transparent: bool,
         /// The collision from which a path reads the cache: 1 is the first, 0 means never.
-        pub cache_order: uint,
+        pub first_cached_collision: uint,
         pub cache_is_f16: bool,
         /// The cache holds the flux of light at every node: the medium scatters light by its direction.
         pub has_node_flux: bool,
@@ -86,12 +86,12 @@ impl Features {
 
     /// Whether a picture at rest is marched, and not traced: `camera_march.comp` says why.
     pub fn is_marched(&self) -> bool {
-        self.cache_order == 1 && self.has_medium
+        self.first_cached_collision == 1 && self.has_medium
     }
 
     /// Whether surfaces find in a table how they reflect cached light (`reflectance.glsl`).
     pub fn has_reflectance_table(&self) -> bool {
-        self.cache_order > 0 && (self.has_phong || self.has_disney)
+        self.first_cached_collision > 0 && (self.has_phong || self.has_disney)
     }
 
     /// Whether a picture at rest leaves the light of some of the cache's cubes to paths (`is_left_to_paths` in cache.glsl).

@@ -115,7 +115,7 @@ impl GpuScene {
             clip_count: clips.len() as u32,
             background_is_color: matches!(background, Background::Color(_)),
             background_is_transparent: *background == Background::Transparent,
-            cache_order: self.cache_order(),
+            first_cached_collision: self.first_cached_collision(),
             cache_is_f16: self.variant.cache().is_some_and(|layout| layout.is_f16),
             is_in_bricks: self.bricks.is_some(),
             ..Features::default()
@@ -129,7 +129,7 @@ impl GpuScene {
         }
         surfaces.require(&mut features);
         view.require(&mut features);
-        let has_cache = features.cache_order > 0;
+        let has_cache = features.first_cached_collision > 0;
         features.suns_differ = has_cache
             && lights.suns.len() > 1
             && (features.is_anisotropic || !lights.suns_have_one_color());
@@ -148,7 +148,7 @@ impl GpuScene {
     }
 
     /// The collision from which a path reads the cache: 1 is the first, 0 means never.
-    fn cache_order(&self) -> u32 {
+    fn first_cached_collision(&self) -> u32 {
         match &self.variant {
             Variant::Caching(_) => {
                 let Parts { medium, lights, .. } = &self.parts;

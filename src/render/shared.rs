@@ -246,8 +246,8 @@ shared! {
         pub part: uint,
         pub parts: uint,
         /// Paths of a node in all parts, and those that it has had before.
-        pub samples: uint,
-        pub first_sample: uint,
+        pub paths: uint,
+        pub paths_before: uint,
         /// The earlier paths as an equivalent number of fully traced paths (cache/pace.rs).
         pub history: float,
         /// Whether the paths gather if there is light.
@@ -295,7 +295,7 @@ shared! {
         pub marked_cubes: uint,
     }
 
-    /// Samples of the volume that marches have taken since the host last asked, in more than 32 bits.
+    /// Lookups of the volume that marches have made since the host last asked, in more than 32 bits.
     pub struct Marched {
         pub low: uint,
         pub high: uint,

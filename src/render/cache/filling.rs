@@ -87,14 +87,14 @@ impl Cache {
     /// Seconds that an update of the next batch will take, estimated from the batches so far.
     pub fn seconds_per_update(&self) -> f64 {
         let updates = self.filling.updates;
-        let samples = next_batch_size(updates);
-        let expected = if batch_gathers(updates, samples) {
+        let batch = next_batch_size(updates);
+        let expected = if batch_gathers(updates, batch) {
             self.filling.pace_of_gathering()
         } else {
             &self.filling.tracing
         };
-        let paths = self.sight.focus.paths_to(updates + samples);
-        expected.seconds_per_path() * paths as f64 / f64::from(samples)
+        let paths = self.sight.focus.paths_to(updates + batch);
+        expected.seconds_per_path() * paths as f64 / f64::from(batch)
     }
 
     /// Seconds that the next batch is expected to take.

@@ -1,4 +1,4 @@
-//! The samples of the volume that marches take: only the device can count them.
+//! The lookups of the volume that marches make: only the device can count them.
 //!
 //! A pass that marches adds them to a counter on the device, which the host reads and resets: for `ray_march`, which runs
 //! rarely, after each slice; for `camera_march`, which runs for every sample, when the picture is read.
@@ -10,15 +10,15 @@ use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Memory, Recording, Work};
 use crate::render::resources::bytes_of;
 use crate::render::shared::Marched;
 
-pub struct MarchedSamples {
+pub struct MarchedLookups {
     count: Buffer,
 }
 
-impl MarchedSamples {
-    pub(super) fn allocate(memory: &Arc<Memory>, name: &'static str) -> Result<MarchedSamples> {
+impl MarchedLookups {
+    pub(super) fn allocate(memory: &Arc<Memory>, name: &'static str) -> Result<MarchedLookups> {
         let desc = BufferDesc::device(name, bytes_of::<Marched>(1));
         let count = Buffer::new(memory, desc)?;
-        Ok(MarchedSamples { count })
+        Ok(MarchedLookups { count })
     }
 
     /// The resource to which marches add.
@@ -38,8 +38,8 @@ impl MarchedSamples {
             self.begin(recording)
         })?;
         let Marched { low, high } = staging.read();
-        let samples = u64::from(high) << 32 | u64::from(low);
-        frame.timings.state_work(pass, Work::samples(samples));
+        let lookups = u64::from(high) << 32 | u64::from(low);
+        frame.timings.state_work(pass, Work::samples(lookups));
         Ok(())
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use bytemuck::Zeroable;
 
-use super::marched::MarchedSamples;
+use super::marched::MarchedLookups;
 use super::work_memory::WorkMemory;
 use crate::error::Result;
 use crate::gpu::{Binding, Buffer, BufferDesc, Format, Frame, Image, ImageDesc, Memory};
@@ -41,9 +41,9 @@ pub struct CacheMemory {
     /// For each pixel, the light that a march leaves to paths; `None` where it can leave none.
     pub tails: Option<Buffer>,
     /// Of the march that shows the cache.
-    pub(in crate::render) marched: MarchedSamples,
+    pub(in crate::render) marched: MarchedLookups,
     /// Of the march of the picture at rest.
-    pub(in crate::render) marched_at_rest: MarchedSamples,
+    pub(in crate::render) marched_at_rest: MarchedLookups,
 }
 
 impl CacheMemory {
@@ -97,8 +97,8 @@ impl CacheMemory {
                 "tails",
                 tail_bytes(scene.parts.view.size),
             )?,
-            marched: MarchedSamples::allocate(memory, "marched samples")?,
-            marched_at_rest: MarchedSamples::allocate(memory, "marched samples at rest")?,
+            marched: MarchedLookups::allocate(memory, "marched samples")?,
+            marched_at_rest: MarchedLookups::allocate(memory, "marched samples at rest")?,
         })
     }
 

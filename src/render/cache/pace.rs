@@ -61,10 +61,10 @@ pub fn equivalent_paths(updates: u32) -> f64 {
     f64::from(updates - gathered) + f64::from(gathered) / f64::from(GATHERED_FOR_ONE)
 }
 
-/// Whether nodes in sight that have had `updates` paths gather in a batch of `samples`, for predicting how long it takes:
+/// Whether nodes in sight that have had `updates` paths gather in a batch of `paths`, for predicting how long it takes:
 /// the very first find hardly any light to gather.
-pub fn batch_gathers(updates: u32, samples: u32) -> bool {
-    updates > 0 && updates + samples <= GATHERED
+pub fn batch_gathers(updates: u32, paths: u32) -> bool {
+    updates > 0 && updates + paths <= GATHERED
 }
 
 #[cfg(test)]

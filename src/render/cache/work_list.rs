@@ -21,7 +21,7 @@ const PATHS_A_PART: u32 = 8;
 struct Job {
     place: u32,
     /// Paths that each node gets, and those that it has had.
-    samples: u32,
+    paths: u32,
     had: u32,
     /// Whether the paths gather, and start from nodes of the coarse lattice alone.
     gathers: bool,
@@ -87,22 +87,19 @@ impl WorkList {
         let mut jobs = Vec::new();
         let bricks = cache.bricks_mut();
         for &place in order {
-            let Lack {
-                paths: samples,
-                had,
-            } = lacks[place as usize];
+            let Lack { paths, had } = lacks[place as usize];
             let brick = &mut bricks[place as usize];
-            let gathers = gathers && samples > 0 && had + samples <= GATHERED;
+            let gathers = gathers && paths > 0 && had + paths <= GATHERED;
             let is_coarse = gathers && begins_coarse;
             brick.filled = match had {
                 _ if is_coarse => FILLED_COARSE,
                 0 => FILLED_FIRST,
                 _ => FILLED_ALL,
             };
-            if samples > 0 {
+            if paths > 0 {
                 jobs.push(Job {
                     place,
-                    samples,
+                    paths,
                     had,
                     gathers,
                     is_coarse,
@@ -132,7 +129,7 @@ impl WorkList {
         };
         let mut turns = Vec::new();
         for job in &self.jobs[self.done..] {
-            let parts = parts_of(job.samples);
+            let parts = parts_of(job.paths);
             let nodes = if job.is_coarse {
                 COARSE_NODES
             } else {
@@ -149,8 +146,8 @@ impl WorkList {
                 place: job.place,
                 part,
                 parts,
-                samples: job.samples,
-                first_sample: job.had,
+                paths: job.paths,
+                paths_before: job.had,
                 history: history(job.had, cache.layout.gathers) as f32,
                 gathers: job.gathers.into(),
             }));
@@ -161,9 +158,9 @@ impl WorkList {
 }
 
 /// In how many parts the paths of each of a brick's nodes come: none is empty.
-fn parts_of(samples: u32) -> u32 {
-    let parts = samples.div_ceil(PATHS_A_PART).min(MOST_PARTS);
-    samples.div_ceil(samples.div_ceil(parts))
+fn parts_of(paths: u32) -> u32 {
+    let parts = paths.div_ceil(PATHS_A_PART).min(MOST_PARTS);
+    paths.div_ceil(paths.div_ceil(parts))
 }
 
 #[cfg(test)]
@@ -172,16 +169,16 @@ mod tests {
 
     #[test]
     fn parts_are_neither_empty_nor_large() {
-        for samples in (1..3000).chain([1 << 16, (1 << 20) + 1]) {
-            let parts = parts_of(samples);
+        for paths in (1..3000).chain([1 << 16, (1 << 20) + 1]) {
+            let parts = parts_of(paths);
             // The rule of `begin_item` in `node_tracking.comp`.
-            let most = samples.div_ceil(parts);
+            let most = paths.div_ceil(parts);
             assert!(
-                (parts - 1) * most < samples && samples <= parts * most,
-                "{samples}"
+                (parts - 1) * most < paths && paths <= parts * most,
+                "{paths}"
             );
-            assert!(most <= PATHS_A_PART || parts > MOST_PARTS / 2, "{samples}");
-            assert!(parts <= MOST_PARTS, "{samples}");
+            assert!(most <= PATHS_A_PART || parts > MOST_PARTS / 2, "{paths}");
+            assert!(parts <= MOST_PARTS, "{paths}");
         }
     }
 }

@@ -221,7 +221,7 @@ fn most_at_once(layout: &BrickLayout, scene: &GpuScene, needed: u64) -> u64 {
     let features = scene.features();
     let suns = u64::from(features.sun_count);
     let surfaces = &scene.parts.surfaces.iso;
-    let beside = match (features.cache_order, suns) {
+    let beside = match (features.first_cached_collision, suns) {
         (0, _) | (_, 0) => 0,
         _ if surfaces.is_empty() => 4 * along_a_ray,
         // The surfaces are opaque, so a ray has at most one crossing.

@@ -15,7 +15,7 @@ void main() {
         StepValues pair = inputs.at[id];
         Classified a = classify(pair.a);
         Classified b = classify(pair.b);
-        Medium medium = mean_medium(mean_along_bend(mean_between(a, b), pair.bend, a, b, parts_between(a, b)));
+        Medium medium = mean_medium(mean_along_bend(mean_between(a, b), pair.bend, a, b, step_ends_between(a, b)));
         outputs.at[id] = MeanMedium(medium.sigma_t, medium.albedo);
     }
 }

@@ -79,7 +79,7 @@ fn filled_without_gathering(updates: u32, seed: u32) -> Cached {
 /// A gathered path counts for a traced one.
 fn shaders_that_remember() -> Shaders {
     let text = include_str!("../../../glsl/merge_parts.comp");
-    let [right, wrong] = ["turn.history", "float(turn.first_sample)"];
+    let [right, wrong] = ["turn.history", "float(turn.paths_before)"];
     shaders_with("merge_parts.comp", text, right, wrong)
 }
 
