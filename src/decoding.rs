@@ -17,7 +17,7 @@ use image::error::{ImageError, UnsupportedErrorKind};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Rgb, Rgb32FImage, imageops};
 
 use crate::error::first_of;
-use crate::fence::fenced;
+use crate::panic_guard::guarded;
 use crate::regular_file::open_file;
 
 /// Bytes of pixels that a byte of an OpenEXR file becomes at most: Deflate makes 1032 bytes of one, and PXR24 leaves out one
@@ -44,7 +44,7 @@ const MOST_NAMED: usize = 8;
 pub fn exr_meta_data(path: &Path) -> Result<MetaData, String> {
     let (file, metadata) = open_file(path)?;
     let bytes = metadata.len();
-    let meta = fenced(|| {
+    let meta = guarded(|| {
         MetaData::read_from_buffered(BufReader::new(file), false)
             .map_err(|error| format!("not readable as OpenEXR: {error}"))
     })?;
@@ -61,7 +61,7 @@ pub fn exr_meta_data(path: &Path) -> Result<MetaData, String> {
 /// As for [`exr_meta_data`], or the pixels are damaged.
 pub fn read_exr(path: &Path) -> Result<Image<Layer<AnyChannels<FlatSamples>>>, String> {
     exr_meta_data(path)?;
-    fenced(|| {
+    guarded(|| {
         exr::prelude::read()
             .no_deep_data()
             .largest_resolution_level()
@@ -81,7 +81,7 @@ fn damaged(error: exr::error::Error) -> String {
 /// RGB of the first layer of an OpenEXR file that has it, over the window that is shown; black where there are no pixels.
 fn read_exr_colors(path: &Path) -> Result<Rgb32FImage, String> {
     check_colors(&exr_meta_data(path)?)?;
-    let (shown, data) = fenced(|| {
+    let (shown, data) = guarded(|| {
         let read = exr::prelude::read()
             .no_deep_data()
             .largest_resolution_level()
@@ -193,7 +193,7 @@ pub fn read_image(path: &Path, format: Option<ImageFormat>) -> Result<DynamicIma
     }
     // The library's own cap of 512 MiB is less than an 8K sky needs.
     reader.no_limits();
-    fenced(|| {
+    guarded(|| {
         let decoder = reader.into_decoder().map_err(unopened)?;
         let (width, height) = decoder.dimensions();
         let most = bytes.saturating_mul(MOST_PIXELS);

@@ -45,7 +45,6 @@ mod decoding;
 pub mod doctor;
 pub mod engine;
 pub mod error;
-pub mod fence;
 #[allow(unsafe_code)]
 #[deny(clippy::undocumented_unsafe_blocks)]
 pub mod gpu;
@@ -55,6 +54,7 @@ pub mod interrupt;
 pub mod job;
 mod locked;
 pub mod output;
+pub mod panic_guard;
 mod regular_file;
 pub mod render;
 pub mod scene;

@@ -8,10 +8,10 @@ use isolume::error::Result;
 use isolume::output::say;
 #[cfg(feature = "window")]
 use isolume::view;
-use isolume::{fence, interrupt, job};
+use isolume::{interrupt, job, panic_guard};
 
 fn main() -> ExitCode {
-    fence::silence_fenced_panics();
+    panic_guard::silence_guarded_panics();
     match run(Cli::parse().command) {
         Ok(status) => ExitCode::from(status),
         Err(error) => {

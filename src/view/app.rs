@@ -5,12 +5,12 @@ use std::time::{Duration, Instant};
 use winit::event_loop::EventLoopProxy;
 
 use super::document::Document;
-use super::fit::Fit;
 use super::hud::{Hud, MemoryNow, Message};
 use super::interface::{Asked, Interface};
 use super::keys::Action;
 use super::live::Live;
 use super::load::Load;
+use super::picture_size::PictureSize;
 use super::report::Report;
 use super::session::Session;
 use super::stage::Stage;
@@ -35,7 +35,7 @@ pub struct App<'a> {
     pub(super) message: Option<Message>,
     /// The picture's rectangle in the window, in pixels: low and high corner.
     pub(super) picture_rect: [[u32; 2]; 2],
-    pub(super) fit: Fit,
+    pub(super) picture_size: PictureSize,
     /// When the interface has to run next, unless an event comes first.
     pub(super) interface_due: Option<Instant>,
     /// Whether a picture has been there, or something else than the scene of the command line was asked for: then a document
@@ -59,7 +59,7 @@ impl<'a> App<'a> {
             shows_panels: true,
             message: None,
             picture_rect: [[0; 2]; 2],
-            fit: Fit::default(),
+            picture_size: PictureSize::default(),
             interface_due: Some(Instant::now()),
             outlives_errors: false,
             failure: None,
@@ -105,7 +105,8 @@ impl<'a> App<'a> {
             Err(Error::Device(why)) => return Err(Error::Device(why)),
             // It is built anew for a smaller picture.
             Err(Error::Memory(why))
-                if (session.has_been_shown() || why.depends_on_size()) && self.fit.coarsen() =>
+                if (session.has_been_shown() || why.depends_on_size())
+                    && self.picture_size.coarsen() =>
             {
                 self.want_interface();
                 return Ok(());
@@ -167,7 +168,9 @@ impl<'a> App<'a> {
     /// Adapts the picture to its place in the window.
     fn fit_picture(&mut self) -> Result<()> {
         if let (Some(stage), Some(session)) = (&mut self.stage, &mut self.session)
-            && self.fit.follow(self.picture_rect, stage, session)?
+            && self
+                .picture_size
+                .follow(self.picture_rect, stage, session)?
         {
             self.report.resized(stage.picture_size());
         }

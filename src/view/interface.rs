@@ -43,8 +43,8 @@ impl Asked {
 }
 
 impl Interface<'_> {
-    /// Runs the interface, more than once in a frame that has several turns or that egui lays out again; each key is taken
-    /// once.
+    /// Runs the interface, more than once in a frame that has several runs of input or that egui lays out again; each key is
+    /// taken once.
     pub fn run(&mut self, ui: &mut Ui, asked: &mut Asked) {
         asked.actions.extend(actions(ui));
         if let Some(session) = self.session.as_mut().filter(|_| self.shows_panels) {

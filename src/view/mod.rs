@@ -11,10 +11,10 @@ mod camera;
 mod clip;
 mod document;
 mod events;
-mod fit;
 mod gizmo;
 mod history;
 mod hud;
+mod input_runs;
 mod interface;
 mod keys;
 mod light;
@@ -23,6 +23,7 @@ mod load;
 mod opening;
 mod panels;
 mod picture;
+mod picture_size;
 mod planned;
 mod pointer;
 mod recent;
@@ -32,16 +33,15 @@ mod save;
 mod session;
 mod stage;
 mod textures;
-mod turns;
 mod watch;
 
 use winit::event_loop::EventLoop;
 
 use crate::cli::ViewArgs;
 use crate::error::{DeviceError, Result};
-use crate::fence::unless_it_panics;
 use crate::interrupt;
 use crate::output::{check_inputs_stay, check_writable};
+use crate::panic_guard::unless_it_panics;
 
 pub fn view(args: &ViewArgs) -> Result<u8> {
     check_writable(&args.stats)?;

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::app::App;
 use super::document::Document;
-use super::fit::Fit;
 use super::load::{Load, list_series, open_document};
+use super::picture_size::PictureSize;
 use super::session::Session;
 use super::watch::Watch;
 use crate::error::Result;
@@ -33,7 +33,7 @@ impl App<'_> {
                 let mut session = Session::new(document, self.session.take());
                 session.listing = listing;
                 self.session = Some(session);
-                self.fit = Fit::default();
+                self.picture_size = PictureSize::default();
                 self.message = None;
             }
             Err(error) if self.outlives_errors => self.complain(error),

@@ -9,17 +9,17 @@ use winit::dpi::PhysicalSize;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
 
+use super::input_runs::input_runs;
 use super::planned::Planned;
 use super::textures::Textures;
-use super::turns::turns;
 use crate::cli::ViewArgs;
 use crate::engine::Host;
 use crate::error::{DeviceError, Result};
-use crate::fence::unless_it_panics;
 use crate::gpu::{
     ATLAS_SIDE, Canvas, CanvasMesh, CanvasVertex, Device, Format, Frame, Image, ImageDesc, Memory,
     Shape, Surface, Swapchain,
 };
+use crate::panic_guard::unless_it_panics;
 
 /// egui's name for the texture of its font.
 const FONT: TextureId = TextureId::Managed(0);
@@ -185,10 +185,10 @@ impl Stage {
     }
 
     /// Runs the user interface and prepares its drawing. Returns the time after which it has to run again.
-    /// `contents` runs once for each of the [`turns`]; what the last run draws is shown.
+    /// `contents` runs once for each of the [`input_runs`]; what the last run draws is shown.
     pub fn run_interface(&mut self, mut contents: impl FnMut(&mut Ui)) -> Result<Duration> {
         let mut output = FullOutput::default();
-        for input in turns(self.input.take_egui_input(&self.window)) {
+        for input in input_runs(self.input.take_egui_input(&self.window)) {
             output.append(self.egui.run_ui(input, &mut contents));
         }
         self.input

@@ -5,7 +5,7 @@
 //! picture at t seconds is therefore not quite as good as that of `isolume render --time t`, which has filled its
 //! cache before the first sample.
 
-mod apart;
+mod bias;
 mod cache_settings;
 mod edits;
 mod entrant_run;

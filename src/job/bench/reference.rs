@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use super::apart::{Seen, seen};
+use super::bias::{Seen, seen};
 use super::entrants::Subject;
 use super::report::ReferenceReport;
 use super::{Bench, patient_run};

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use super::apart::bias_apart;
+use super::bias::bias_apart;
 use super::entrant_run::EntrantRun;
 use super::report::{BiasApart, IsovalueEdit, Orbit, Point, seconds_to};
 use super::{Bench, patient_run};

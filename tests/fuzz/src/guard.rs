@@ -27,7 +27,7 @@ pub fn start(seeds: impl FnOnce() -> Vec<Vec<u8>>) {
 
 fn remember(info: &PanicHookInfo<'_>) {
     let last = (info.to_string(), Backtrace::force_capture());
-    // The library fences decoders of other people. What panics in its own code is a finding, also behind the fence.
+    // The library guards decoders of other people. What panics in its own code is a finding, also behind the guard.
     let is_elsewhere = |file: &str| file.contains("/registry/") || file.starts_with("/rustc/");
     if !info.location().is_some_and(|at| is_elsewhere(at.file())) {
         end(&format!("{}\n{}", last.0, last.1));

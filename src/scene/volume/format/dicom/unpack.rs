@@ -1,6 +1,6 @@
 //! Unpacks the pixels of one frame.
 //!
-//! Decoders from other crates are fenced: their allocations are bounded beforehand by the file's length, a frame of
+//! Decoders from other crates are guarded: their allocations are bounded beforehand by the file's length, a frame of
 //! another size is refused before it is decoded, and a panic inside becomes a sentence.
 //!
 //! JPEG-LS and run lengths are unpacked here, JPEG is read by `jpeg-decoder`, and JPEG 2000 by `hayro-jpeg2000`,
@@ -9,7 +9,7 @@
 use hayro_jpeg2000::{DecodeSettings, DecoderContext};
 use jpeg_decoder::{Decoder, Error, PixelFormat, UnsupportedFeature};
 
-use crate::fence::fenced;
+use crate::panic_guard::guarded;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::voxel_type::Endian;
 
@@ -64,7 +64,7 @@ pub fn unpack(
         ));
     }
     let name = image.transfer.name;
-    let unpacked = fenced(|| match packing {
+    let unpacked = guarded(|| match packing {
         Packing::Plain | Packing::RunLength => run_length(&packed, image),
         Packing::Jpeg => jpeg(&packed, image),
         Packing::Jpeg2000 => jpeg_2000(&packed, image),

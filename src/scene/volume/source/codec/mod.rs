@@ -16,7 +16,7 @@ use ruzstd::decoding::StreamingDecoder;
 use zune_inflate::errors::DecodeErrorStatus;
 use zune_inflate::{DeflateDecoder, DeflateOptions};
 
-use crate::fence::fenced;
+use crate::panic_guard::guarded;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::gzip::Members;
 
@@ -65,7 +65,7 @@ impl Codec {
                 packed.truncate(expected);
                 Ok(packed)
             }
-            _ => fenced(|| self.unpack(&packed, expected)),
+            _ => guarded(|| self.unpack(&packed, expected)),
         };
         match decoded {
             Ok(decoded) if decoded.len() == expected => Ok(decoded),

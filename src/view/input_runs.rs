@@ -5,19 +5,19 @@
 use egui::{Event, RawInput};
 
 /// What egui is to be run with in turn: a button of the mouse goes alone, and a change of Shift, Ctrl or Alt comes first.
-pub fn turns(input: RawInput) -> Vec<RawInput> {
+pub fn input_runs(input: RawInput) -> Vec<RawInput> {
     let events = input.events.clone();
-    let mut turns: Vec<RawInput> = events
+    let mut runs: Vec<RawInput> = events
         .chunk_by(|event, next| !is_button(event) && !is_button(next) && !is_modifiers(next))
         .map(|events| RawInput {
             events: events.to_vec(),
             ..input.clone()
         })
         .collect();
-    if turns.is_empty() {
-        turns.push(input);
+    if runs.is_empty() {
+        runs.push(input);
     }
-    turns
+    runs
 }
 
 fn is_button(event: &Event) -> bool {
@@ -40,7 +40,10 @@ mod tests {
             events,
             ..RawInput::default()
         };
-        turns(input).iter().map(|turn| turn.events.len()).collect()
+        input_runs(input)
+            .iter()
+            .map(|run| run.events.len())
+            .collect()
     }
 
     fn button(pressed: bool) -> Event {

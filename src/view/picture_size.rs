@@ -10,23 +10,23 @@ use crate::error::{Error, Result};
 const LAST_DIVISOR: u32 = 8;
 
 /// The size that was chosen last.
-pub struct Fit {
+pub struct PictureSize {
     /// Pixels of the window that the picture may take.
     room: [u32; 2],
     /// The picture's pixels are those along an axis, divided by this.
     divisor: u32,
 }
 
-impl Default for Fit {
-    fn default() -> Fit {
-        Fit {
+impl Default for PictureSize {
+    fn default() -> PictureSize {
+        PictureSize {
             room: [0; 2],
             divisor: 1,
         }
     }
 }
 
-impl Fit {
+impl PictureSize {
     /// Asks for fewer pixels in the same room, since there is no memory for these. Returns whether there can be fewer.
     pub fn coarsen(&mut self) -> bool {
         let is_possible = self.divisor < LAST_DIVISOR;
@@ -59,7 +59,7 @@ impl Fit {
             return Ok(false);
         }
         if room != self.room {
-            *self = Fit { room, divisor: 1 };
+            *self = PictureSize { room, divisor: 1 };
         }
         let smallest = room.map(|n| n.div_ceil(LAST_DIVISOR));
         if !has_room(stage, session.live(), smallest)? {
