@@ -29,6 +29,10 @@ float isovalue(uint surface) {
     return surface == 0u ? first_surface.value : surfaces.at[surface].value;
 }
 
+float isovalue_rest(uint surface) {
+    return surface == 0u ? first_surface.value_rest : surfaces.at[surface].value_rest;
+}
+
 struct Crossing {
     float t;
     int surface; // or NOTHING
@@ -76,6 +80,7 @@ float change_of(Ray ray, Passage passage, uint surface, bool exactly, inout uint
     uint bit = 1u << surface;
     Cell relative = cell_of(passage.corners);
     relative.c -= value; // exact for integers, and here the digits are needed
+    relative.c -= isovalue_rest(surface);
     vec3 a = local_position(ray, passage.t0, vec3(passage.cell));
     vec4 c = cell_cubic(relative, a, ray.step * (passage.t1 - passage.t0));
     bool starts_here = int(surface) == passage.start_surface;

@@ -98,8 +98,10 @@ shared! {
     }
 
     pub struct Surface {
-        /// Stored value.
+        /// The isovalue, a stored value.
         pub value: float,
+        /// What rounding to 32 bits has taken from it, where voxels are integers and `value` is none.
+        pub value_rest: float,
         pub opacity: float,
         pub color: vec3,
         /// `SHADING_*`.

@@ -37,7 +37,7 @@ impl Medium {
         let points = medium.iter().flat_map(|m| &m.transfer);
         let transfer: Vec<TransferPoint> = points
             .map(|p| TransferPoint {
-                value: stored(volume, p.value),
+                value: stored(volume, p.value) as f32,
                 opacity: p.opacity as f32,
                 color: p.color.map(|c| c as f32),
             })
@@ -101,7 +101,7 @@ impl Medium {
 /// A value, the opacity there, and the slope of the line on which all values in the volume lie; `None` if they do not. The
 /// value is that of the lower end, so that opacity is exactly 0 where a ramp begins.
 fn linear_opacity(transfer: &[TransferPoint], volume: &Volume) -> Option<[f32; 3]> {
-    let [low, high] = volume.range.map(|value| stored(volume, value));
+    let [low, high] = volume.range.map(|value| stored(volume, value) as f32);
     let line = |n: usize| {
         let [a, b] = [&transfer[n], &transfer[n + 1]];
         // At a step the upper point counts.

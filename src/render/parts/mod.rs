@@ -167,6 +167,6 @@ fn over(light: [f32; 3], unit: [f32; 3]) -> [f32; 3] {
 }
 
 /// A value in the data's units as a stored value.
-fn stored(volume: &Volume, value: f64) -> f32 {
-    ((value - volume.offset) / volume.scale) as f32
+fn stored(volume: &Volume, value: f64) -> f64 {
+    (value - volume.offset) / volume.scale
 }

@@ -5,7 +5,7 @@ use bytemuck::Zeroable;
 use super::{is_grey, stored};
 use crate::render::features::Features;
 use crate::render::shared::{SHADING_DISNEY, SHADING_LAMBERT, SHADING_PHONG, Surface};
-use crate::scene::volume::Volume;
+use crate::scene::volume::{StoredType, Volume};
 use crate::scene::{self, Isosurface, LightModel, Normals, Shading};
 
 #[derive(Debug, Clone, PartialEq)]
@@ -52,7 +52,12 @@ impl Surfaces {
     pub fn have_materials_of(&self, other: &Surfaces) -> bool {
         let materials = |surfaces: &Surfaces| -> Vec<Surface> {
             let iso = surfaces.iso.iter();
-            iso.map(|s| Surface { value: 0.0, ..*s }).collect()
+            let anywhere = |surface: &Surface| Surface {
+                value: 0.0,
+                value_rest: 0.0,
+                ..*surface
+            };
+            iso.map(anywhere).collect()
         };
         materials(self) == materials(other)
     }
@@ -63,8 +68,17 @@ impl Surfaces {
 }
 
 fn surface(iso: &Isosurface, volume: &Volume) -> Surface {
+    let exact = stored(volume, iso.value);
+    let value = exact as f32;
+    // Voxels that have the isovalue are on one side for every comparison with `value` alone.
+    let has_rest = volume.stored != StoredType::F32 && value.fract() != 0.0;
     let mut surface = Surface {
-        value: stored(volume, iso.value),
+        value,
+        value_rest: if has_rest {
+            (exact - f64::from(value)) as f32
+        } else {
+            0.0
+        },
         opacity: iso.opacity as f32,
         color: iso.color.map(|c| c as f32),
         ..Surface::zeroed()

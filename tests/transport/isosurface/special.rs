@@ -39,6 +39,31 @@ fn a_field_that_is_the_isovalue_everywhere_has_no_surface() {
     }
 }
 
+/// As 16-bit integers with a sign are held: near 32768, where 32 bits have steps of 1/256.
+#[test]
+fn isovalues_near_0_of_signed_integers_keep_their_digits() {
+    let mut volume = volume(
+        [12, 3, 3],
+        [1.0; 3],
+        words(sampled([12, 3, 3], |g| 32768.0 + g.x)),
+    );
+    volume.offset = -32768.0;
+    for value in [2.7637, 8.002, 8.3379, 8.4629, 8.998] {
+        let rays = rays_in(&volume).mixed(700);
+        let found = follow(&volume, &[value], &rays, 1);
+        let hits: Vec<f64> = rays
+            .iter()
+            .zip(&found)
+            .filter(|(_, found)| found.surface == 0)
+            .map(|(ray, found)| place(ray, found).x)
+            .collect();
+        assert!(hits.len() > 100, "{value}: {} hits", hits.len());
+        for x in hits {
+            assert!((x - value).abs() < 1e-3, "{value} at {x}");
+        }
+    }
+}
+
 #[test]
 fn a_surface_without_opacity_is_in_no_layer() {
     let seen = |values: &[f64], opacities: &[f64]| {
