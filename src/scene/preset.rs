@@ -49,7 +49,9 @@ impl Preset {
     ) -> Result<(String, SceneFile)> {
         let [low, high] = volume.range;
         if low == high {
-            let problem = format!("every voxel is {low}, so there is nothing to see");
+            let notes = volume.notes.iter();
+            let notes: String = notes.map(|note| format!(" ({note})")).collect();
+            let problem = format!("every voxel is {low}{notes}, so there is nothing to see");
             return Err(Error::input(path, problem));
         }
         let integer = !volume.voxel_type.is_float();

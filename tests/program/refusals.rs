@@ -257,3 +257,30 @@ fn a_volume_that_is_named_is_the_one_that_is_shown() {
         );
     }
 }
+
+#[test]
+fn flags_are_named_that_contradict_another_or_lengthen_a_list() {
+    let folder = Folder::new();
+    for (flags, expected) in [
+        (
+            "--view left --set camera.eye=[1,2,3]",
+            "isolume: --view left: contradicts --set camera.eye=[1,2,3]: expected one of them",
+        ),
+        (
+            "--set render.size.2=5",
+            "isolume: --set render.size.2=5: render.size: found [",
+        ),
+    ] {
+        let said = refused(&folder, &format!("scene ball.toml {flags}"), 3);
+        assert!(said.starts_with(expected), "{said}\nis not\n{expected}");
+    }
+}
+
+#[test]
+fn a_scene_file_that_is_no_text_is_refused_by_its_line() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("bad.toml"), b"[volume]\npath = \"\xff\"\n").expect("a file");
+    let said = refused(&folder, "scene bad.toml", 3);
+    let expected = "isolume: bad.toml:2: found a byte that is no UTF-8, expected";
+    assert!(said.starts_with(expected), "{said}");
+}

@@ -42,7 +42,16 @@ pub struct Document {
 
 impl Document {
     pub fn read(path: &Path) -> Result<Document> {
-        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, error))?;
+        let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+            let line = 1 + valid.iter().filter(|&&byte| byte == b'\n').count();
+            let file = path.display().to_string();
+            Error::input(
+                Location::from(Origin::Line { file, line }),
+                "found a byte that is no UTF-8, expected a scene file, which is text in UTF-8",
+            )
+        })?;
         Document::parse(&text, path)
     }
 
@@ -109,6 +118,10 @@ impl Document {
                 )),
             },
             Change::View(view) => {
+                if let Some(Origin::Flag(other)) = self.origins.places.get("camera.eye") {
+                    let problem = format!("contradicts {other}: expected one of them");
+                    return Err(Error::input(Location::flag(&edit.flag), problem));
+                }
                 self.drop_camera_key("eye");
                 self.drop_rivals("camera.view");
                 self.set(edit, "camera.view", view.clone())
@@ -147,6 +160,7 @@ impl Document {
             return Err(Error::input(Location::flag(&edit.flag), problem));
         }
         let known = |n: &usize| find(&self.root, &steps[..*n].join(".")).is_some();
+        let is_known = known(&steps.len());
         let first_new = (1..steps.len()).find(|n| !known(n)).unwrap_or(steps.len());
         put(&mut self.root, &steps, value)
             .map_err(|problem| Error::input(Location::flag(&edit.flag), problem))?;
@@ -156,6 +170,14 @@ impl Document {
         // Tables that this has added were written by the flag as well.
         for n in first_new..=steps.len() {
             places.insert(steps[..n].join("."), Origin::Flag(edit.flag.clone()));
+        }
+        // So was the length of an array to which it has added a number.
+        if let [array @ .., last] = &steps[..]
+            && first_new == steps.len()
+            && !is_known
+            && last.parse::<usize>().is_ok()
+        {
+            places.insert(array.join("."), Origin::Flag(edit.flag.clone()));
         }
         Ok(())
     }
