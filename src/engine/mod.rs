@@ -12,6 +12,7 @@ mod forecast;
 mod host;
 mod host_memory;
 mod picture;
+mod progressive;
 mod refinement;
 mod run;
 mod sample_range;
@@ -31,7 +32,7 @@ use std::time::{Duration, Instant};
 
 use crate::error::Result;
 use crate::gpu::{Memory, Timings};
-use crate::render::{Choice, Film, GpuScene, Renderer, Sums, Totals, needed_bricks};
+use crate::render::{Film, GpuScene, Renderer, Totals, needed_bricks};
 use crate::scene::Scene;
 use crate::scene::volume::Volume;
 use figures::{BrickStats, CacheStats, MemoryStats};
@@ -42,6 +43,7 @@ pub use budget::{Budget, BudgetSource, Limit};
 pub use change::Changed;
 pub use host::{Host, HostOptions};
 pub use picture::{Picture, relative_error};
+pub use progressive::{ProgressivePicture, SHOWN_CACHE_ERROR};
 pub use refinement::Refinement;
 pub use run::{Outcome, Progress, Run};
 pub use sample_range::SampleRange;
@@ -52,6 +54,11 @@ pub use stop::{Sampled, Samples, Stop, StopReason, UNITS_TO_TRUST};
 pub use stopwatch::Stopwatch;
 pub use task::Task;
 pub use trial::{Trial, Tried};
+
+// What the engine's users see of the renderer.
+pub use crate::render::{
+    Batch, BrickFigures, BrickLayout, Choice, Peak, Plan, RAYS_PER_PIXEL, Sums, next_batch_size,
+};
 
 /// A scene on a device, and the picture of it so far.
 pub struct Engine {

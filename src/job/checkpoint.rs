@@ -10,7 +10,6 @@ use crate::engine::{Engine, Stop, Stopwatch};
 use crate::error::Result;
 use crate::interrupt;
 use crate::output::{Continuation, Format, Outputs, say};
-use crate::render::Cache;
 use crate::scene::{Opened, Scene, describe};
 use crate::shard::{
     About, CacheFile, Fingerprint, Fingerprints, Found, Identity, Manner, Named, RunOf, Settings,
@@ -271,7 +270,7 @@ impl<'a> CheckpointWriter<'a> {
     fn time_of_next_batch(&self, engine: &Engine) -> Duration {
         let is_under_way = self.fill_state == FillState::UnderWay;
         let cache = engine.cache().filter(|_| is_under_way);
-        let seconds = cache.map_or(0.0, Cache::seconds_of_next_batch);
+        let seconds = cache.map_or(0.0, |cache| cache.seconds_of_next_batch());
         Duration::try_from_secs_f64(seconds).unwrap_or_default()
     }
 

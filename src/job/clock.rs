@@ -2,11 +2,11 @@
 
 use std::time::{Duration, Instant};
 
+use crate::engine::Peak;
 use crate::engine::figures::peak_share;
 use crate::gpu::{Span, Timings};
 use crate::output::stats::{PartStats, StageStats};
 use crate::output::trace::Trace;
-use crate::render::Peak;
 
 /// The stages of the CPU's work, one after another.
 pub struct Clock {

@@ -5,10 +5,9 @@ use serde::Serialize;
 use super::{open_scene, print};
 use crate::bytes::human;
 use crate::cli::{PlanArgs, budget_source};
-use crate::engine::{Host, Picture};
+use crate::engine::{BrickLayout, Choice, Host, Picture, Plan};
 use crate::error::Result;
 use crate::output::to_json;
-use crate::render::{BrickLayout, Choice, Plan};
 use crate::scene::Opened;
 
 #[derive(Serialize)]

@@ -3,10 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::cli::RenderArgs;
-use crate::engine::{Engine, Picture};
+use crate::engine::{Engine, Picture, Sums};
 use crate::error::Result;
 use crate::output::{Continuation, Format, Outputs, Provenance};
-use crate::render::Sums;
 use crate::scene::{Opened, Scene, describe};
 use crate::shard::{Fingerprints, Header};
 

@@ -13,8 +13,8 @@ use super::session::Session;
 use super::stage::Stage;
 use crate::bytes::human;
 use crate::cli::budget_source;
+use crate::engine::{BrickFigures, Choice};
 use crate::gpu::Memory;
-use crate::render::{BrickFigures, Choice};
 
 /// Width in points at which a sentence is broken.
 const LONGEST_LINE: f32 = 330.0;

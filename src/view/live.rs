@@ -3,9 +3,8 @@
 use std::sync::Arc;
 
 use super::document::Document;
-use super::picture::ProgressivePicture;
 use super::planned::Planned;
-use crate::engine::{Changed, Engine, Host, SavedLight};
+use crate::engine::{Changed, Engine, Host, ProgressivePicture, SavedLight};
 use crate::error::{Error, Location, MemoryError, Result};
 use crate::gpu::{Image, Memory};
 use crate::scene::{Scene, Variant};

@@ -4,11 +4,11 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use super::light::CACHE_ERROR;
 use super::live::Live;
 use super::recent::Recent;
 use super::response::{Response, ResponseStats};
 use super::stage::Stage;
+use crate::engine::SHOWN_CACHE_ERROR;
 use crate::engine::figures::{self, CacheStats, MemoryStats, PassStats};
 use crate::gpu::Timings;
 use crate::output::say;
@@ -184,7 +184,7 @@ impl Report {
             relative_error: live.map_or(f64::NAN, |live| live.picture.relative_error),
             passes: self.passes.iter().map(pass_stats).collect(),
             memory: figures::memory(&stage.memory, stage.planned.most_bytes()),
-            cache: live.and_then(|live| live.engine.cache_stats(CACHE_ERROR)),
+            cache: live.and_then(|live| live.engine.cache_stats(SHOWN_CACHE_ERROR)),
         }
     }
 }

@@ -10,10 +10,9 @@ use super::report::{CacheSetting, RunReport};
 use super::{Bench, patient_run};
 use crate::cli::{BenchVariant, message};
 use crate::compare::{LinearImage, compare_images, without_noise};
-use crate::engine::{Engine, Stop};
+use crate::engine::{Batch, Engine, Stop, next_batch_size};
 use crate::error::{Error, Result};
 use crate::interrupt::{INTERRUPTED, is_interrupted};
-use crate::render::{Batch, next_batch_size};
 use crate::scene::CacheFormat::{F16, F32};
 
 /// The setting with which the others are compared.

@@ -9,10 +9,9 @@ use super::report::{BiasApart, IsovalueEdit, Orbit, Point, seconds_to};
 use super::{Bench, patient_run};
 use crate::compare::{Comparison, LinearImage, compare_images};
 use crate::engine::figures::quantile;
-use crate::engine::{Engine, Refinement, Stop, Stopwatch};
+use crate::engine::{Batch, Engine, RAYS_PER_PIXEL, Refinement, Stop, Stopwatch};
 use crate::error::{Error, Result};
 use crate::interrupt::{INTERRUPTED, is_interrupted};
-use crate::render::{Batch, RAYS_PER_PIXEL};
 use crate::scene::{LightModel, Scene};
 
 /// Views of the orbit.

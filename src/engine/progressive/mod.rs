@@ -1,19 +1,22 @@
-//! The use of the picture's slice of each frame.
+//! A picture that is shown while it is made, as a window does it: what each frame's slice of time is used for.
 //!
-//! While anything moves, a whole picture is made in every frame, with as many pixels as there is time for: a march
+//! While anything moves, a picture is made in every frame, with as many pixels as there is time for: a march
 //! through the cache, or a sample a pixel where there is none. At rest a march with all pixels follows, slice by
 //! slice; then the cache gets paths until it has converged, and is marched again now and then, with a few rays of each pixel
-//! once its light hardly changes any more; then the picture is refined by samples (`engine/refinement.rs`). After that
+//! once its light hardly changes any more; then the picture is refined by samples (`refinement.rs`). After that
 //! nothing is left to do.
+
+mod light;
+mod showing;
 
 use std::time::{Duration, Instant};
 
-use super::light;
-use crate::engine::{Engine, Picture, Refinement, UNITS_TO_TRUST, sixteenth};
+use super::{Engine, Refinement, sixteenth};
 use crate::error::Result;
 use crate::gpu::Image;
-use crate::render::{Film, RAYS_PER_PIXEL, ReadingSlices, ToneMapPush, Until};
-use crate::scene::Tone;
+use crate::render::{RAYS_PER_PIXEL, ReadingSlices, Until};
+
+pub use light::SHOWN_CACHE_ERROR;
 
 /// Time that a picture in motion should take.
 const MOVING_MS: f64 = 28.0;
@@ -166,7 +169,7 @@ impl ProgressivePicture {
         self.relative_error <= PICTURE_ERROR || samples >= self.most_samples
     }
 
-    /// Makes a whole picture with as many pixels as there is time for, and fills the cache for a moment.
+    /// Makes a picture with as many pixels as there is time for, and fills the cache for a moment.
     fn move_on(&mut self, engine: &mut Engine, shown: &Image) -> Result<bool> {
         if self.is_shown && self.last_motion.elapsed() >= REST_AFTER {
             self.rest(engine)?;
@@ -174,13 +177,13 @@ impl ProgressivePicture {
         }
         let (began, waited) = (Instant::now(), engine.waited_for_bricks());
         engine.reduce_to(self.moving_size(engine))?;
-        self.make_whole(engine, shown)?;
+        self.make_moving_picture(engine, shown)?;
         self.is_shown = true;
         // Time spent waiting for bricks is left out, since it does not depend on the number of pixels.
         let took = began.elapsed() - (engine.waited_for_bricks() - waited);
         self.adapt(took.as_secs_f64() * 1e3);
-        if !light::cache_is_good(engine) {
-            let batch = light::next_batch(engine);
+        if !engine.cache_is_good() {
+            let batch = engine.next_shown_batch();
             engine.set_slice_ms(FILLING_MS);
             if let Some(mut caching) = engine.caching() {
                 caching.advance_in_motion(batch)?;
@@ -189,8 +192,8 @@ impl ProgressivePicture {
         Ok(true)
     }
 
-    /// Makes a whole picture: a march, or a sample for each pixel.
-    fn make_whole(&mut self, engine: &mut Engine, shown: &Image) -> Result<()> {
+    /// Makes a picture: a march, or a sample for each pixel.
+    fn make_moving_picture(&mut self, engine: &mut Engine, shown: &Image) -> Result<()> {
         let push = ProgressivePicture::tone_map_push(engine, shown);
         if let Some(mut caching) = engine.caching() {
             return caching.march_at_once(shown, &push);
@@ -228,18 +231,18 @@ impl ProgressivePicture {
             _ => self.marched_in + began.elapsed(),
         };
         self.filled_since = Instant::now();
-        self.marched_batches = light::batches(engine);
+        self.marched_batches = engine.cache_batches();
         // With fewer rays, edges that were smooth would become rough again for a moment.
         let is_better = rays >= self.rays_shown;
         if is_better {
             self.show(engine, shown)?;
             self.rays_shown = rays;
         }
-        if rays < RAYS_PER_PIXEL && light::shows_edges(engine) {
+        if rays < RAYS_PER_PIXEL && engine.shows_edges() {
             self.march_again();
             return Ok(is_better);
         }
-        self.doing = if light::cache_is_converged(engine) {
+        self.doing = if engine.cache_is_converged() {
             self.refining(engine)?
         } else {
             Doing::Filling
@@ -256,16 +259,16 @@ impl ProgressivePicture {
     }
 
     fn fill_on(&mut self, engine: &mut Engine) -> Result<bool> {
-        let batch = light::next_batch(engine);
+        let batch = engine.next_shown_batch();
         engine.set_slice_ms(RESTING_MS);
         let ended = match engine.caching() {
             Some(mut caching) => caching.advance(batch, Until::NEVER)?,
             None => true,
         };
         let due = self.marched_in.mul_f64(MARCH_SHARE);
-        let is_new = light::batches(engine) != self.marched_batches;
+        let is_new = engine.cache_batches() != self.marched_batches;
         let filled_for = self.filled_since.elapsed();
-        let is_done = ended && light::cache_is_converged(engine);
+        let is_done = ended && engine.cache_is_converged();
         if is_done || is_new && filled_for >= due {
             self.doing = Doing::marching();
         }
@@ -317,88 +320,6 @@ impl ProgressivePicture {
     fn is_showing_due(&self, samples: u32) -> bool {
         let can_be_compared = self.refinement.as_ref().is_some_and(|r| r.is_due(samples));
         can_be_compared || samples >= self.most_samples || Instant::now() >= self.next_showing
-    }
-
-    /// Shows the samples so far, and finds out how good they are.
-    fn show_samples(&mut self, engine: &mut Engine, shown: &Image) -> Result<()> {
-        let totals = engine.totals();
-        let is_trusted = totals.units >= UNITS_TO_TRUST;
-        let film = if is_trusted || self.refinement.is_some() {
-            Some(engine.film()?)
-        } else {
-            None
-        };
-        if let Some(film) = film.as_ref().filter(|_| is_trusted) {
-            self.relative_error = engine.sure_error_of(film);
-        }
-        self.show_film(engine, shown, film)?;
-        self.refinement.take_if(|r| r.is_over(totals.samples));
-        Ok(())
-    }
-
-    /// Encodes the latest picture for display.
-    fn show(&mut self, engine: &mut Engine, shown: &Image) -> Result<()> {
-        let film = if self.refinement.is_some() {
-            Some(engine.film()?)
-        } else {
-            None
-        };
-        self.show_film(engine, shown, film)
-    }
-
-    /// `film`: that of the samples so far; needed only where they refine a march.
-    fn show_film(&mut self, engine: &mut Engine, shown: &Image, film: Option<Film>) -> Result<()> {
-        let push = ProgressivePicture::tone_map_push(engine, shown);
-        let samples = engine.totals().samples;
-        if let Some(picture) = film.and_then(|film| self.refined(samples, &film.mean))
-            && let Some(mut caching) = engine.caching()
-        {
-            return caching.tone_map_texels(&picture, shown, &push);
-        }
-        match engine.caching() {
-            Some(mut caching) if !self.is_refined() => caching.tone_map(shown, &push),
-            _ => engine.tone_map(shown, &push),
-        }
-    }
-
-    /// The picture as it is now, for a file.
-    pub fn taken(&mut self, engine: &mut Engine) -> Result<Picture> {
-        let mut picture = engine.picture()?;
-        // Without samples that was a march, which has taken the place of one under way.
-        if let Doing::Marching { .. } = self.doing {
-            self.doing = Doing::marching();
-        }
-        let samples = engine.totals().samples;
-        if self.refinement.is_some() {
-            let mean = engine.film()?.mean;
-            if let Some(refined) = self.refined(samples, &mean) {
-                picture.show(&refined);
-            }
-        }
-        if let Some(refinement) = &self.refinement {
-            let left = refinement.error_left(samples);
-            let errors = picture.stderr.as_flattened_mut().iter_mut();
-            errors.for_each(|error| *error *= left);
-        }
-        Ok(picture)
-    }
-
-    /// The picture that is shown while so many samples with this mean refine a march; `None` otherwise.
-    fn refined(&mut self, samples: u32, mean: &[[f32; 4]]) -> Option<Vec<[f32; 4]>> {
-        let refinement = self.refinement.as_mut()?;
-        refinement.compare(samples, mean);
-        Some(refinement.picture(samples, mean))
-    }
-
-    fn tone_map_push(engine: &Engine, shown: &Image) -> ToneMapPush {
-        let [width, height, _] = shown.desc().extent;
-        let render = &engine.scene().render;
-        ToneMapPush {
-            source: engine.rendered_size(),
-            size: [width, height],
-            exposure: render.exposure.exp2() as f32,
-            filmic: (render.tone == Tone::Filmic) as u32,
-        }
     }
 
     fn moving_size(&self, engine: &Engine) -> [u32; 2] {
