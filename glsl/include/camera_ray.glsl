@@ -34,16 +34,19 @@ Ray camera_ray_within(vec2 p, vec2 reach, out float entry, out float t_end) {
 // The pixel of a thread, in groups of 8×8: in Morton order, so that threads that run together, be it 4 lanes or 32,
 // see a square of the picture and not a row. Rays of a square meet more of the same cells.
 //
-// Each row of groups is followed by the seventh below it, round and round a picture of `height` pixels: lavapipe gives
-// each core one run of groups, and a run of neighbouring rows may hold most of what there is to see.
+// On a CPU, each row of groups is followed by the seventh below it, round and round a picture of `height` pixels: lavapipe
+// gives each core one run of groups, and a run of neighbouring rows may hold most of what there is to see. On a GPU, groups
+// that run together stay together, and read the same voxels.
 ivec2 own_pixel(uint height) {
-    // A prime: every row is visited once. Where it divides the number of rows, each round begins a row further down.
-    const uint STRIDE = 7u;
     uint i = gl_LocalInvocationIndex;
     uvec2 inner = uvec2(i & 1u | i >> 1u & 2u | i >> 2u & 4u, i >> 1u & 1u | i >> 2u & 2u | i >> 3u & 4u);
-    uint rows = (height + 7u) / 8u;
     uvec2 group = gl_WorkGroupID.xy;
+#ifdef IS_SOFTWARE
+    // A prime: every row is visited once. Where it divides the number of rows, each round begins a row further down.
+    const uint STRIDE = 7u;
+    uint rows = (height + 7u) / 8u;
     uint shift = rows % STRIDE == 0u ? group.y / (rows / STRIDE) : 0u;
     group.y = (STRIDE * group.y + shift) % rows;
+#endif
     return ivec2(8u * group + inner);
 }
