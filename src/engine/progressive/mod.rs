@@ -11,7 +11,8 @@ mod showing;
 
 use std::time::{Duration, Instant};
 
-use super::{Engine, Refinement, sixteenth};
+use super::schedule::sixteenth;
+use super::{Engine, Refinement};
 use crate::error::Result;
 use crate::gpu::Image;
 use crate::render::{RAYS_PER_PIXEL, ReadingSlices, Until};

@@ -1,7 +1,8 @@
 //! What is shown of a picture that is made progressively: the march, the samples, or a mean of both (`refinement.rs`).
 
 use super::{Doing, ProgressivePicture};
-use crate::engine::{Engine, Picture, UNITS_TO_TRUST};
+use crate::engine::stop::UNITS_TO_TRUST;
+use crate::engine::{Engine, Picture};
 use crate::error::Result;
 use crate::gpu::Image;
 use crate::render::{Film, ToneMapPush};
