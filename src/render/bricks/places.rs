@@ -53,20 +53,31 @@ impl Places {
 
     /// Places for bricks, the first ones first, as far as there are places to give.
     pub fn assign(&self, bricks: &[u32]) -> Vec<Load> {
-        let places = self.places_to_give();
+        let places = self.places_to_give(bricks.len());
         let load = |(&brick, place)| Load { brick, place };
         bricks.iter().zip(places).map(load).collect()
     }
 
-    /// Places that may get other bricks, in order: first those without a brick, then those whose brick was not read
+    /// The first `most` places that may get other bricks, in order: first those without a brick, then those whose brick was not read
     /// in the last dispatch, beginning with the one that has not been read for longest. A brick that was read serves
     /// paths that make progress; invocations that wait get its place once those paths have left it.
-    fn places_to_give(&self) -> impl Iterator<Item = u32> {
-        let is_unread =
-            |&place: &usize| self.held[place].is_none() || self.read[place] < self.round;
-        let mut unread: Vec<usize> = (0..self.held.len()).filter(is_unread).collect();
-        unread.sort_by_key(|&place| (self.held[place].is_some(), self.read[place]));
-        unread.into_iter().map(|place| place as u32)
+    fn places_to_give(&self, most: usize) -> Vec<u32> {
+        let is_unread = |place: &u32| {
+            let place = *place as usize;
+            self.held[place].is_none() || self.read[place] < self.round
+        };
+        let order = |&place: &u32| {
+            let (held, read) = (self.held[place as usize], self.read[place as usize]);
+            (held.is_some(), read, place)
+        };
+        let mut unread: Vec<u32> = (0..self.held.len() as u32).filter(is_unread).collect();
+        // A large device has a hundred thousand places, and a dispatch mostly misses a few bricks.
+        if most < unread.len() {
+            unread.select_nth_unstable_by_key(most, order);
+            unread.truncate(most);
+        }
+        unread.sort_unstable_by_key(order);
+        unread
     }
 
     /// Gives a brick its place, and enters that in the page table.

@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use bytemuck::Zeroable;
-
+use super::brick_records::BrickRecords;
 use super::marched::MarchedLookups;
 use super::work_memory::WorkMemory;
 use crate::error::Result;
@@ -28,7 +27,7 @@ pub struct CacheMemory {
     /// The place of each brick of the lattice in the images.
     pub pages: Image,
     /// The brick in each place.
-    bricks: Buffer,
+    pub(super) bricks: BrickRecords,
     pub layout: CacheLayout,
     /// For each place, a bit a cube: whether a surface cuts it; and two bits a node: on which side of the surfaces it is.
     /// `None` where no surface stops light.
@@ -74,7 +73,7 @@ impl CacheMemory {
             flux: flux.transpose()?,
             features,
             pages: Image::new(memory, pages_desc(layout))?,
-            bricks: brick_buffer(memory, layout)?,
+            bricks: BrickRecords::allocate(memory, layout)?,
             layout: layout.clone(),
             cuts: if_needed(
                 features.full_light,
@@ -110,7 +109,7 @@ impl CacheMemory {
             flux.resize(extent)?;
         }
         self.pages.resize(pages_desc(layout).extent)?;
-        self.bricks.rewrite(&bricks(layout))?;
+        self.bricks.lay_out(layout)?;
         if let Some(cuts) = &mut self.cuts {
             cuts.resize(bytes_of_words(layout, CUT_WORDS))?;
         }
@@ -122,17 +121,18 @@ impl CacheMemory {
         self.work.resize(layout, &self.features, slots, limits)
     }
 
-    /// Writes the page table, and begins the counts of the samples that marches take.
+    /// Writes the layout, and begins the counts of the samples that marches take.
     pub fn begin(&self, frame: &mut Frame, staging: &mut Buffer) -> Result<()> {
-        self.upload_pages(frame, staging)?;
+        self.upload_layout(frame, staging)?;
         frame.run(|recording| {
             self.marched.begin(recording)?;
             self.marched_at_rest.begin(recording)
         })
     }
 
-    /// Writes the page table.
-    pub fn upload_pages(&self, frame: &mut Frame, staging: &mut Buffer) -> Result<()> {
+    /// Writes the page table and the bricks.
+    pub fn upload_layout(&self, frame: &mut Frame, staging: &mut Buffer) -> Result<()> {
+        self.bricks.upload(frame)?;
         let pages = self.layout.pages();
         copy::upload(frame, staging, &self.pages, bytemuck::cast_slice(&pages))
     }
@@ -157,15 +157,7 @@ impl CacheMemory {
 
     /// The bricks that have memory, in order of their places.
     pub fn bricks_mut(&mut self) -> &mut [Brick] {
-        let bytes = self.brick_bytes();
-        let room = self.bricks.mapped_mut().unwrap_or_default();
-        let bytes = bytes.min(room.len());
-        bytemuck::cast_slice_mut(&mut room[..bytes])
-    }
-
-    /// Bytes of the bricks that have memory; the buffer may be larger.
-    fn brick_bytes(&self) -> usize {
-        self.layout.active.len() * size_of::<Brick>()
+        self.bricks.records_mut(self.layout.active.len())
     }
 
     /// For a pass with a workgroup for each brick: the number of bricks and how many form a row of workgroups; and
@@ -180,7 +172,7 @@ impl CacheMemory {
 
     /// The resource that filling the cache and weighing its bricks need, besides those for reading the cache.
     pub fn brick_binding(&self) -> (&'static str, Binding<'_>) {
-        ("bricks", Binding::Buffer(&self.bricks))
+        ("bricks", self.bricks.binding())
     }
 
     /// The images that writing light needs.
@@ -236,30 +228,8 @@ impl CacheMemory {
         let images = self.images().map(|i| i.desc().bytes());
         let bits = self.cuts.iter().chain(&self.rims).map(|b| b.desc().bytes);
         let bits = bits.sum::<u64>();
-        images.sum::<u64>() + self.pages.desc().bytes() + self.bricks.desc().bytes + bits
+        images.sum::<u64>() + self.pages.desc().bytes() + self.bricks.bytes() + bits
     }
-}
-
-/// The bricks that have memory. A dry run only counts them: a plan looks at several layouts.
-fn brick_buffer(memory: &Arc<Memory>, layout: &CacheLayout) -> Result<Buffer> {
-    let desc = BufferDesc::host_cached(
-        "cache: bricks",
-        bytes_of::<Brick>(layout.active.len().max(1) as u32),
-    );
-    let mut buffer = Buffer::new(memory, desc)?;
-    if buffer.mapped_mut().is_some() {
-        buffer.write(&bricks(layout));
-    }
-    Ok(buffer)
-}
-
-/// The bricks that have memory. None of their nodes has had a path.
-fn bricks(layout: &CacheLayout) -> Vec<Brick> {
-    let brick = |&position: &u32| Brick {
-        position,
-        ..Brick::zeroed()
-    };
-    layout.active.iter().map(brick).collect()
 }
 
 /// Texels of the flux. Those of a node lie side by side.

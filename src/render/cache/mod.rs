@@ -6,6 +6,7 @@
 //! each gives a node as many new paths as it has had.
 
 mod at_rest;
+mod brick_records;
 mod caching;
 mod camera_march;
 mod cube_bits;
@@ -193,7 +194,7 @@ impl Cache {
         if let Some(bricks) = &mut r.bricks {
             bricks.resize_cache(layout.active.len())?;
         }
-        self.memory.upload_pages(frame, &mut r.staging)
+        self.memory.upload_layout(frame, &mut r.staging)
     }
 
     /// See [`Caching::guess_light`](super::Caching::guess_light); the guess is one texel, everywhere.
@@ -335,6 +336,7 @@ impl Cache {
         };
         let bricks = self.memory.bricks_mut().iter_mut();
         bricks.for_each(|brick| brick.squared_weight = 0);
+        self.memory.bricks.upload(frame)?;
         let stride = measured_stride(r).min(longest);
         let request = ray_march::for_weights(stride);
         let are_weighed = self.measure_view(frame, r, |cache, frame| {
@@ -345,6 +347,7 @@ impl Cache {
         if !are_weighed {
             return Ok(false);
         }
+        self.memory.bricks.download(frame)?;
         let bricks = self.memory.bricks_mut().iter();
         let weights: Vec<u32> = bricks.map(|brick| brick.squared_weight).collect();
         let read: Vec<bool> = weights.iter().map(|&weight| weight > 0).collect();

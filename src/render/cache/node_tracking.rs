@@ -66,6 +66,7 @@ impl NodeTracking {
         lacks: impl Iterator<Item = Lack>,
     ) -> Result<()> {
         self.work_list = WorkList::new(cache, &self.order, lacks);
+        cache.bricks.upload(frame)?;
         let half = if self.work_list.gathers() {
             Half::Even
         } else {
