@@ -49,9 +49,7 @@ impl Preset {
     ) -> Result<(String, SceneFile)> {
         let [low, high] = volume.range;
         if low == high {
-            let notes = volume.notes.iter();
-            let notes: String = notes.map(|note| format!(" ({note})")).collect();
-            let problem = format!("every voxel is {low}{notes}, so there is nothing to see");
+            let problem = format!("every voxel is {low}, so there is nothing to see");
             return Err(Error::input(path, problem));
         }
         let integer = !volume.voxel_type.is_float();

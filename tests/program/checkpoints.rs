@@ -2,7 +2,7 @@
 
 use std::process::Command;
 use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use rustix::process::Signal;
 
@@ -235,13 +235,13 @@ fn an_interruption_within_a_batch_is_told_of() {
         }
     };
     sleep(between / 2);
-    let checkpoint = folder.read("c.exr");
+    let sent = SystemTime::now();
     send(Signal::INT, &child);
     let said = ends(child, 130);
     let note = "note: no checkpoint was written at the end, since the interruption came in the middle of a batch of the \
                 cache's paths: c.exr is as it was before";
     assert!(said.contains(note), "{said}");
-    assert!(folder.read("c.exr") == checkpoint);
+    assert!(written().expect("a checkpoint") <= sent);
     let fills = &shard_header(&folder, "a.exr")["fills"];
     assert!(fills[0]["relative_error"].is_number(), "{fills}");
 }
