@@ -4,7 +4,10 @@
 #include "scene.glsl"
 #include "volume_bricks.glsl"
 
-LOADED_AS(VOLUME_FORMAT) uniform texels3D volume;
+// EACH_VOLUME_IMAGE(DO) is DO(NAME, CONDITION) for each image that holds the volume, where CONDITION is whether the variable
+// `image` is its number (src/render/volume_images.rs).
+#define DECLARED(name, is_chosen) LOADED_AS(VOLUME_FORMAT) uniform texels3D name;
+EACH_VOLUME_IMAGE(DECLARED)
 
 // The exact stored value of a voxel's texel, which may represent an integer: the normalised formats hold k/255 and
 // k/65535 only to rounding.
@@ -15,7 +18,13 @@ float stored_value(float texel) {
 // The voxel's exact stored value, clamped at the border.
 float volume_voxel(ivec3 voxel) {
     voxel = clamp(voxel, ivec3(0), ivec3(scene.dims) - 1);
-    return stored_value(texel_at(volume, voxel + to_texel(voxel)).r);
+    BrickPlace place = place_of_brick(voxel);
+    int image = place.image;
+    ivec3 at = voxel + place.to_texel;
+    float texel;
+#define VOXEL(name, is_chosen) if (is_chosen) { texel = texel_at(name, at).r; }
+    EACH_VOLUME_IMAGE(VOXEL)
+    return stored_value(texel);
 }
 
 // Texels at the corners of a trilinear cell, clamped at the border: x grows from component 0 to 1 and
@@ -28,17 +37,24 @@ Corners volume_corners(ivec3 cell) {
     ivec3 last = ivec3(scene.dims) - 1;
     ivec3 a = clamp(cell - 1, ivec3(0), last);
     ivec3 b = clamp(cell, ivec3(0), last);
-    ivec3 offset = to_texel(a);
-    a += offset;
-    b += offset;
-    return Corners(vec4(texel_at(volume, a).r,
-                        texel_at(volume, ivec3(b.x, a.yz)).r,
-                        texel_at(volume, ivec3(a.x, b.y, a.z)).r,
-                        texel_at(volume, ivec3(b.xy, a.z)).r),
-                   vec4(texel_at(volume, ivec3(a.xy, b.z)).r,
-                        texel_at(volume, ivec3(b.x, a.y, b.z)).r,
-                        texel_at(volume, ivec3(a.x, b.yz)).r,
-                        texel_at(volume, b).r));
+    BrickPlace place = place_of_brick(a);
+    int image = place.image;
+    a += place.to_texel;
+    b += place.to_texel;
+    Corners corners;
+#define CORNERS(name, is_chosen)                                                                \
+    if (is_chosen) {                                                                            \
+        corners = Corners(vec4(texel_at(name, a).r,                                             \
+                               texel_at(name, ivec3(b.x, a.yz)).r,                              \
+                               texel_at(name, ivec3(a.x, b.y, a.z)).r,                          \
+                               texel_at(name, ivec3(b.xy, a.z)).r),                             \
+                          vec4(texel_at(name, ivec3(a.xy, b.z)).r,                              \
+                               texel_at(name, ivec3(b.x, a.y, b.z)).r,                          \
+                               texel_at(name, ivec3(a.x, b.yz)).r,                              \
+                               texel_at(name, b).r));                                           \
+    }
+    EACH_VOLUME_IMAGE(CORNERS)
+    return corners;
 }
 
 // The same as exact stored values.

@@ -1,4 +1,4 @@
-// Access to voxels. A volume that fits is one image. A larger one is cut into bricks, of which the image holds as
+// Access to voxels. A volume that fits is one image. A larger one is cut into bricks, of which one or several images hold as
 // many as there is room for (src/render/bricks).
 //
 // An invocation that reads a voxel of a missing brick asks for that brick and reads another voxel instead. Everything
@@ -9,9 +9,15 @@
 #include "scene.glsl"
 #include "bundle.glsl"
 
+// Where the brick of a voxel is: the number of its image, and the offset from its voxels to their texels there.
+struct BrickPlace {
+    int image;
+    ivec3 to_texel;
+};
+
 #ifdef VOLUME_IN_BRICKS
 
-// A page for each brick. With PAGE_RESIDENT: its place in the image, ten bits an axis, and whether it has been read
+// A page for each brick. With PAGE_RESIDENT: its place in the images, ten bits an axis, and whether it has been read
 // since the host last looked. Otherwise: the number of requests for it.
 layout(scalar) buffer VolumePageBlock { uint at[]; } volume_pages;
 // For each pixel or each brick of the cache, the mark of the work in which it was last done.
@@ -56,8 +62,7 @@ void ask_for(uint brick, uint requests) {
     is_void = true;
 }
 
-// The offset from a voxel to its texel.
-ivec3 to_texel(ivec3 voxel) {
+BrickPlace place_of_brick(ivec3 voxel) {
     ivec3 position = voxel >> scene.brick_shift;
     uint brick = (position.z * scene.volume_bricks.y + position.y) * scene.volume_bricks.x + position.x;
     uint page = volume_pages.at[brick];
@@ -68,9 +73,11 @@ ivec3 to_texel(ivec3 voxel) {
         atomicOr(volume_pages.at[brick], PAGE_READ);
     }
     ivec3 place = unpacked(page);
+    int image = place.z / PLACES_DEEP;
+    place.z -= image * PLACES_DEEP;
     // Bricks hold the first voxels behind them as well: a trilinear cell lies in one of them.
     int side = 1 << scene.brick_shift;
-    return place * (side + 1) - position * side;
+    return BrickPlace(image, place * (side + 1) - position * side);
 }
 
 // To be called once every result that used a missing voxel has been undone.
@@ -146,8 +153,8 @@ bool still_misses(uint missing) {
     return false;
 }
 
-ivec3 to_texel(ivec3 voxel) {
-    return ivec3(0);
+BrickPlace place_of_brick(ivec3 voxel) {
+    return BrickPlace(0, ivec3(0));
 }
 
 bool is_not_admitted(uint index) {

@@ -3,7 +3,7 @@
 
 use crate::engine::{BudgetSource, Limit, StopReason};
 use crate::error::{DeviceError, Error, Lacking, MemoryError};
-use crate::render::{ENVIRONMENT_IMAGE, TRANSFER_FUNCTION, UNIT_SUM, VOLUME};
+use crate::render::{ENVIRONMENT_IMAGE, TRANSFER_FUNCTION, UNIT_SUM, VOLUME_IMAGES};
 
 /// One sentence with the fact and its remedy.
 pub fn message(error: &Error) -> String {
@@ -117,7 +117,7 @@ fn smaller(resource: &str, size: &str) -> String {
         of_window if of_window.starts_with(OF_WINDOW) => format!("lower {WINDOW}"),
         ENVIRONMENT_IMAGE => "make the environment's image smaller".into(),
         TRANSFER_FUNCTION => "give medium.transfer fewer points".into(),
-        VOLUME => "set volume.crop".into(),
+        volume if VOLUME_IMAGES.contains(&volume) => "set volume.crop".into(),
         UNIT_SUM => format!("lower {size}"),
         _ => format!("lower {size}, or set volume.crop"),
     }

@@ -17,6 +17,20 @@ pub(super) const SAMPLED_IMAGES: u32 = 16;
 /// the table names this number.
 pub(super) const LOADED_IMAGES: u32 = 16;
 
+/// How many more images than the table asks for a shader may read, with or without the storage images that a CPU reads.
+pub(super) fn extra_images(limits: &vk::PhysicalDeviceLimits, is_software: bool) -> u32 {
+    let sampled = limits
+        .max_per_stage_descriptor_sampled_images
+        .min(limits.max_per_stage_descriptor_samplers)
+        .saturating_sub(SAMPLED_IMAGES);
+    let stored = limits.max_per_stage_descriptor_storage_images;
+    if is_software {
+        sampled.min(stored.saturating_sub(LOADED_IMAGES))
+    } else {
+        sampled
+    }
+}
+
 /// A row of the table, with what one device offers.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Need {
@@ -154,7 +168,7 @@ pub(super) fn needs(instance: &Instance, physical: vk::PhysicalDevice) -> Vec<Ne
     table
 }
 
-fn features(instance: &Instance, physical: vk::PhysicalDevice) -> [Need; 8] {
+fn features(instance: &Instance, physical: vk::PhysicalDevice) -> [Need; 9] {
     let mut twelve = vk::PhysicalDeviceVulkan12Features::default();
     let mut all = vk::PhysicalDeviceFeatures2::default().push_next(&mut twelve);
     // SAFETY: `physical` belongs to the live instance, and the chain outlives the call.
@@ -165,6 +179,9 @@ fn features(instance: &Instance, physical: vk::PhysicalDevice) -> [Need; 8] {
     };
     let stores_more = all.features.shader_storage_image_extended_formats == vk::TRUE;
     let families = queue_families(instance, physical);
+    // SAFETY: `physical` belongs to the live instance.
+    let properties = unsafe { instance.raw.get_physical_device_properties(physical) };
+    let is_cpu = properties.device_type == vk::PhysicalDeviceType::CPU;
     let computes = |f: &&vk::QueueFamilyProperties| f.queue_flags.contains(vk::QueueFlags::COMPUTE);
     [
         presence(
@@ -212,6 +229,12 @@ fn features(instance: &Instance, physical: vk::PhysicalDevice) -> [Need; 8] {
             "a CPU, which reads texels faster without its sampler",
         )
         .or("a CPU fetches texels through its sampler"),
+        presence(
+            "more images in a pass than 16",
+            extra_images(&properties.limits, is_cpu) > 0,
+            "bricks of a volume in several allocations",
+        )
+        .or("bricks have one allocation"),
     ]
 }
 

@@ -66,7 +66,7 @@ impl Pass {
         } = number_resources(&mut code)
             .and_then(|()| Reflection::read(&code))
             .map_err(|problem| unfit(desc.name, problem))?;
-        check_resources(&resources, workgroup, device.loads_texels)
+        check_resources(&resources, workgroup, device)
             .map_err(|problem| unfit(desc.name, problem))?;
         let bindings = resources
             .iter()
@@ -94,11 +94,11 @@ impl Pass {
     }
 }
 
-/// Fails for a shader that exceeds the limits in the table of needs.
+/// Fails for a shader that exceeds the limits in the table of needs, but for what else the device is known to have.
 fn check_resources(
     resources: &[Resource],
     workgroup: [u32; 3],
-    loads_texels: bool,
+    device: &Device,
 ) -> Result<(), String> {
     let count = |kind| {
         resources
@@ -106,8 +106,9 @@ fn check_resources(
             .filter(|resource| resource.kind == kind)
             .count() as u32
     };
-    let images = if loads_texels {
-        needs::LOADED_IMAGES
+    let extra = device.summary.extra_images;
+    let images = if device.loads_texels {
+        needs::LOADED_IMAGES.saturating_add(extra)
     } else {
         needs::STORAGE_IMAGES
     };
@@ -126,7 +127,7 @@ fn check_resources(
         (
             "sampled images",
             count(vk::DescriptorType::COMBINED_IMAGE_SAMPLER),
-            needs::SAMPLED_IMAGES,
+            needs::SAMPLED_IMAGES.saturating_add(extra),
         ),
     ];
     match uses.iter().find(|(_, used, most)| used > most) {

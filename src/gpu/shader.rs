@@ -35,7 +35,7 @@ pub struct PassDesc<'a> {
     /// `Shared::PUSH` of the struct that it takes as push constants.
     pub push: &'static str,
     /// Macros and their definitions.
-    pub macros: &'a [(&'static str, &'static str)],
+    pub macros: &'a [(&'static str, String)],
 }
 
 /// The shaders' text, and the state of their compilation.
@@ -96,7 +96,11 @@ impl Shaders {
         desc: &PassDesc<'_>,
         of_device: &[(&'static str, &'static str)],
     ) -> Result<Vec<u32>> {
-        let macros = [desc.macros, of_device].concat();
+        let of_pass = desc
+            .macros
+            .iter()
+            .map(|(name, text)| (*name, text.as_str()));
+        let macros: Vec<_> = of_pass.chain(of_device.iter().copied()).collect();
         let file = format!("{}.comp", desc.name);
         self.compile_file(file, ShaderKind::Compute, desc.push, &macros)
     }

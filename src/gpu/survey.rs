@@ -6,7 +6,7 @@ use std::fmt;
 use ash::vk;
 
 use super::instance::{Instance, Validation, queue_families};
-use super::needs::{Need, has_timestamps, needs};
+use super::needs::{Need, extra_images, has_timestamps, needs};
 use crate::error::{DeviceError, Result};
 
 /// The kind of hardware behind a driver, best first.
@@ -71,6 +71,8 @@ pub struct DeviceSummary {
     pub max_image_3d: u32,
     pub max_storage_buffer_bytes: u64,
     pub max_allocation_bytes: u64,
+    /// Images that a pass may read in addition to those of the table of needs.
+    pub extra_images: u32,
     /// What the device lacks and cannot be used without, as in "scalarBlockLayout (for structs that shaders and Rust
     /// share)"; empty if Isolume can use it.
     pub lacks: Vec<String>,
@@ -109,16 +111,17 @@ fn summarize(instance: &Instance, index: usize, physical: vk::PhysicalDevice) ->
     let properties = properties.properties;
     let needs = needs(instance, physical);
     let api = properties.api_version;
+    let kind = match properties.device_type {
+        vk::PhysicalDeviceType::DISCRETE_GPU => DeviceKind::Discrete,
+        vk::PhysicalDeviceType::INTEGRATED_GPU => DeviceKind::Integrated,
+        vk::PhysicalDeviceType::VIRTUAL_GPU => DeviceKind::Virtual,
+        vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
+        _ => DeviceKind::Other,
+    };
     DeviceSummary {
         index,
         name: text(properties.device_name_as_c_str()),
-        kind: match properties.device_type {
-            vk::PhysicalDeviceType::DISCRETE_GPU => DeviceKind::Discrete,
-            vk::PhysicalDeviceType::INTEGRATED_GPU => DeviceKind::Integrated,
-            vk::PhysicalDeviceType::VIRTUAL_GPU => DeviceKind::Virtual,
-            vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
-            _ => DeviceKind::Other,
-        },
+        kind,
         driver: format!(
             "{} {}",
             text(driver.driver_name_as_c_str()),
@@ -139,6 +142,7 @@ fn summarize(instance: &Instance, index: usize, physical: vk::PhysicalDevice) ->
             most => most.min(properties.limits.max_storage_buffer_range as u64),
         },
         max_allocation_bytes: third.max_memory_allocation_size,
+        extra_images: extra_images(&properties.limits, kind.is_software()),
         lacks: needs.iter().filter_map(Need::shortcoming).collect(),
         needs,
     }

@@ -83,6 +83,9 @@ constants! {
     /// The page of a volume brick that is on the GPU, and of one that has been read there lately.
     pub const PAGE_RESIDENT: u32 as uint = 0x8000_0000;
     pub const PAGE_READ: u32 as uint = 0x4000_0000;
+    /// Places for bricks of the volume along the z axis of an image, at most. A page counts them through all images, as if
+    /// each had so many.
+    pub const PLACES_DEEP: u32 as int = 64;
     /// The number of a node's first paths that end where they can gather cached light (gathering.glsl). In most
     /// bricks they are paths of the coarse lattice (coarse.glsl).
     pub const GATHERED: u32 as uint = 32;

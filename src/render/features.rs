@@ -3,6 +3,7 @@
 
 #![allow(non_camel_case_types)]
 
+use super::volume_images::each_volume_image;
 use crate::gpu::types::*;
 use crate::specialization;
 
@@ -51,13 +52,15 @@ specialization! {
         pub volume_bits: uint,
         /// The volume is cut into bricks, and not all of them are on the GPU.
         pub is_in_bricks: bool,
+        /// Images that hold the volume.
+        pub volume_images: uint,
     }
 }
 
 impl Features {
     /// Features that a specialization constant cannot express: formats of the images that exist in several, as GLSL's
     /// layout qualifiers, and buffers that are absent.
-    pub fn macros(&self) -> Vec<(&'static str, &'static str)> {
+    pub fn macros(&self) -> Vec<(&'static str, String)> {
         let volume = match self.volume_bits {
             8 => "r8",
             16 => "r16",
@@ -68,9 +71,16 @@ impl Features {
         } else {
             "rgba32f"
         };
-        let mut macros = vec![("VOLUME_FORMAT", volume), ("CACHE_FORMAT", cache)];
+        let mut macros = vec![
+            ("VOLUME_FORMAT", volume.into()),
+            ("CACHE_FORMAT", cache.into()),
+            (
+                "EACH_VOLUME_IMAGE(DO)",
+                each_volume_image(self.volume_images),
+            ),
+        ];
         if self.is_in_bricks {
-            macros.push(("VOLUME_IN_BRICKS", "1"));
+            macros.push(("VOLUME_IN_BRICKS", "1".into()));
         }
         macros
     }

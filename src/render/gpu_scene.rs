@@ -118,6 +118,7 @@ impl GpuScene {
             first_cached_collision: self.first_cached_collision(),
             cache_is_f16: self.variant.cache().is_some_and(|layout| layout.is_f16),
             is_in_bricks: self.bricks.is_some(),
+            volume_images: self.volume_images() as u32,
             ..Features::default()
         };
         field.require(&mut features);
@@ -215,7 +216,12 @@ impl GpuScene {
         }
     }
 
-    /// Texels of the image that holds the volume, or bricks of it.
+    /// Images that hold the volume.
+    pub fn volume_images(&self) -> usize {
+        self.bricks.map_or(1, |layout| layout.images as usize)
+    }
+
+    /// Texels of an image that holds the volume, or bricks of it.
     pub fn volume_extent(&self) -> [u32; 3] {
         match &self.bricks {
             Some(layout) => layout.extent(),

@@ -98,6 +98,7 @@ pub mod shared;
 mod until;
 mod upload;
 mod variant;
+mod volume_images;
 mod volume_reading;
 
 pub use bricks::{BrickFigures, needed_bricks};
@@ -114,7 +115,8 @@ pub use peak::{Peak, PeakRates, filter_error, peak, peak_rates};
 pub use picture::{Film, FirstHits, Halves, Sums, ToneMapPush, Totals, mean_square, variance};
 pub use planning::{Choice, Plan, Planner};
 pub use renderer::Renderer;
-pub use resources::{Resources, TRANSFER_FUNCTION, UNIT_SUM, VOLUME};
+pub use resources::{Resources, TRANSFER_FUNCTION, UNIT_SUM};
 pub use until::Until;
 pub use variant::Variant;
+pub use volume_images::VOLUME_IMAGES;
 pub use volume_reading::ReadingSlices;

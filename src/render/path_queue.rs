@@ -134,7 +134,7 @@ impl PathQueue {
         let unfinished = counted.unfinished.wrapping_sub(before.unfinished);
         let (mut waits, mut waiting, mut first_item) = (false, 0, 0);
         if let Some(bricks) = &r.bricks {
-            waits = bricks.serve(frame, &r.volume, &mut self.admission)?;
+            waits = bricks.serve(frame, &r.volumes, &mut self.admission)?;
             let report = bricks.report();
             waiting = report.missed;
             first_item = report.oldest_item.min(self.first_item + counted.next);

@@ -10,6 +10,7 @@ use super::gpu_scene::GpuScene;
 use super::light_memory::LightMemory;
 use super::parts::transfer_extent;
 use super::shared::{Counters, PATCHES, Path};
+use super::volume_images::VOLUME_IMAGES;
 use crate::error::Result;
 use crate::gpu::{Binding, Buffer, BufferDesc, DeviceSummary, Format, Image, ImageDesc, Memory};
 
@@ -27,8 +28,6 @@ const SLOTS_A_PLACE: u32 = 128;
 const SLOTS_GPU_IN_BRICKS: u32 = 1 << 18;
 const SLOTS_CPU_IN_BRICKS: u32 = 1 << 12;
 
-/// The resource whose size is that of the volume.
-pub const VOLUME: &str = "volume";
 /// The name of the largest of the picture's images.
 pub const UNIT_SUM: &str = "unit sum";
 /// The resource whose size is that of the transfer function.
@@ -37,8 +36,8 @@ pub const TRANSFER_FUNCTION: &str = "transfer function";
 pub struct Resources {
     /// Pixels of the picture. Its images may hold more; the picture is in their upper left corner.
     pub size: [u32; 2],
-    /// All voxels, or as many bricks of them as have places.
-    pub volume: Image,
+    /// All voxels in one image, or as many bricks of them as have places.
+    pub volumes: Vec<Image>,
     /// The page table and other state of the bricks, if the volume is cut into bricks.
     pub bricks: Option<VolumeBricks>,
     /// For each macrocell, the smallest and the largest stored value.
@@ -80,12 +79,14 @@ impl Resources {
     pub fn allocate(memory: &Arc<Memory>, scene: &GpuScene) -> Result<Resources> {
         let constants = scene.constants();
         let parts = &scene.parts;
-        let volume = ImageDesc {
+        let volume = |name| ImageDesc {
             written: scene.bricks.is_some() && copy_bricks::is_by_pass(memory),
             // A preview reads places that have no brick yet.
             zeroed: scene.bricks.is_some(),
-            ..ImageDesc::volumetric(VOLUME, scene.volume_extent(), parts.field.format())
+            ..ImageDesc::volumetric(name, scene.volume_extent(), parts.field.format())
         };
+        let names = &VOLUME_IMAGES[..scene.volume_images()];
+        let volumes = names.iter().map(|name| Image::new(memory, volume(name)));
         let macrocells = |name, format| ImageDesc::volumetric(name, constants.macrocells, format);
         let patches = ImageDesc::flat("patches", [2 * PATCHES, PATCHES + 1], Format::R32_UINT)
             .written()
@@ -96,7 +97,7 @@ impl Resources {
         let slots = slots(&memory.limits, scene);
         Ok(Resources {
             size: parts.view.size,
-            volume: Image::new(memory, volume)?,
+            volumes: volumes.collect::<Result<_>>()?,
             bricks: VolumeBricks::allocate(memory, scene)?,
             ranges: Image::new(
                 memory,
@@ -154,9 +155,10 @@ impl Resources {
 
     /// The resources of every shader that includes `volume.glsl`.
     pub fn volume_bindings(&self) -> Vec<(&'static str, Binding<'_>)> {
-        let volume = ("volume", Binding::Image(&self.volume));
+        let images = self.volumes.iter().map(Binding::Image);
+        let volumes = VOLUME_IMAGES.into_iter().zip(images);
         let bricks = self.bricks.iter().flat_map(VolumeBricks::bindings);
-        [volume].into_iter().chain(bricks).collect()
+        volumes.chain(bricks).collect()
     }
 
     /// The resources that tracking and marching through the medium read.

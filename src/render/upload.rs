@@ -30,12 +30,13 @@ pub fn load(frame: &mut Frame, r: &mut Resources, volume: &Volume, scene: &GpuSc
 /// once.
 fn upload_voxels(frame: &mut Frame, r: &mut Resources, volume: &Volume) -> Result<()> {
     let mut reader = volume.reader();
+    let image = &r.volumes[0];
     for piece in volume.pieces(r.staging.desc().bytes) {
         let bytes = piece.voxels() * volume.stored.bytes();
         if let Some(staging) = r.staging.mapped_mut() {
             reader.read(piece, &mut staging[..bytes])?;
         }
-        frame.run(|recording| recording.upload(&r.staging, &r.volume, piece.low, piece.dims))?;
+        frame.run(|recording| recording.upload(&r.staging, image, piece.low, piece.dims))?;
     }
     Ok(())
 }

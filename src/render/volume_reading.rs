@@ -85,7 +85,7 @@ impl Resources {
         frame.run(|recording| bricks.record_report(recording))?;
         // Fewer invocations work when a slice is repeated: the first time tells how long the next one may be.
         let behind = behind.unwrap_or(next);
-        if bricks.serve(frame, &self.volume, &mut admission)? {
+        if bricks.serve(frame, &self.volumes, &mut admission)? {
             slices.repeated = Some(Repeated {
                 mark: bricks.done_mark(),
                 admission,
@@ -111,7 +111,7 @@ impl Resources {
         bricks.begin_preview();
         let done = work(frame);
         // Whatever has failed, other work waits for its bricks.
-        let ended = bricks.end_preview(frame, &self.volume);
+        let ended = bricks.end_preview(frame, &self.volumes);
         done.and_then(|done| ended.map(|()| done))
     }
 

@@ -101,7 +101,7 @@ fn bindings<'a>(r: &'a Resources, name: &'static str) -> Vec<(&'static str, Bind
     let binding = match name {
         "lights" => return r.lights.bindings().to_vec(),
         "scene_block" => Binding::Buffer(&r.scene),
-        "volume" => Binding::Image(&r.volume),
+        "volume" => Binding::Image(&r.volumes[0]),
         "ranges" => Binding::Image(&r.ranges),
         "transfer" => Binding::Image(&r.transfer),
         "clips" => Binding::Buffer(&r.clips),

@@ -1,4 +1,4 @@
-//! Brings bricks of the volume to their places in its image, by way of a staging buffer.
+//! Brings bricks of the volume to their places in its images, by way of a staging buffer.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -9,7 +9,7 @@ use super::host::HostBricks;
 use super::places::{Load, Places, take_requests};
 use crate::error::Result;
 use crate::gpu::{Buffer, BufferDesc, Frame, Image, Memory, Piece};
-use crate::render::layout::BrickLayout;
+use crate::render::layout::{BrickLayout, Place};
 use crate::render::pass_compiler::PassCompiler;
 
 /// Size of the staging buffer, unless a quarter of all places is less.
@@ -70,7 +70,7 @@ impl Loader {
     pub fn load(
         &mut self,
         frame: &mut Frame,
-        image: &Image,
+        images: &[Image],
         places: &mut Places,
         pages: &mut [u32],
     ) -> Result<Loads> {
@@ -91,7 +91,7 @@ impl Loader {
             for &load in loads {
                 places.put(load, pages);
             }
-            self.bring(frame, image, loads)?;
+            self.bring(frame, images, loads)?;
             loaded += loads.len();
         }
         Ok(Loads {
@@ -101,7 +101,7 @@ impl Loader {
     }
 
     /// Copies bricks to their places, of which the staging buffer has room for all.
-    fn bring(&mut self, frame: &mut Frame, image: &Image, loads: &[Load]) -> Result<()> {
+    fn bring(&mut self, frame: &mut Frame, images: &[Image], loads: &[Load]) -> Result<()> {
         let host = self.host.as_mut();
         let host = host.expect("the volume is open before its bricks are asked for");
         let bricks: Vec<u32> = loads.iter().map(|load| load.brick).collect();
@@ -109,13 +109,23 @@ impl Loader {
             host.fill(&bricks, mapped, self.brick_stride as usize)?;
         }
         let layout = &self.layout;
-        let piece = |(n, load): (u64, &Load)| Piece {
-            offset: n * self.brick_stride,
-            low: layout.place(load.place).map(|i| i * layout.pitch()),
-            extent: host.region(load.brick).dims,
+        let piece = |(n, load): (u64, &Load)| {
+            let Place { image, position } = layout.place(load.place);
+            let piece = Piece {
+                offset: n * self.brick_stride,
+                low: position.map(|i| i * layout.pitch()),
+                extent: host.region(load.brick).dims,
+            };
+            (image, piece)
         };
-        let pieces: Vec<Piece> = (0..).zip(loads).map(piece).collect();
-        self.copy.run(frame, &self.staging, image, &pieces)?;
+        let pieces: Vec<(usize, Piece)> = (0..).zip(loads).map(piece).collect();
+        for (n, image) in images.iter().enumerate() {
+            let there = pieces.iter().filter(|(image, _)| *image == n);
+            let there: Vec<Piece> = there.map(|(_, piece)| *piece).collect();
+            if !there.is_empty() {
+                self.copy.run(frame, &self.staging, image, &there)?;
+            }
+        }
         self.loads += loads.len() as u64;
         Ok(())
     }

@@ -214,11 +214,11 @@ impl VolumeBricks {
 
     /// Ends a preview, and brings bricks that it has missed; [`VolumeBricks::record_report`] must have been recorded
     /// after its last dispatch.
-    pub fn end_preview(&self, frame: &mut Frame, image: &Image) -> Result<()> {
+    pub fn end_preview(&self, frame: &mut Frame, images: &[Image]) -> Result<()> {
         let mut state = self.state.borrow_mut();
         state.exchange.previews = false;
         state
-            .load_missed(frame, image, &self.host, &self.layout)
+            .load_missed(frame, images, &self.host, &self.layout)
             .map(drop)
     }
 
@@ -257,7 +257,7 @@ impl VolumeBricks {
     pub fn serve(
         &self,
         frame: &mut Frame,
-        image: &Image,
+        images: &[Image],
         admission: &mut Admission,
     ) -> Result<bool> {
         let mut state = self.state.borrow_mut();
@@ -267,7 +267,7 @@ impl VolumeBricks {
         if state.exchange.previews || is_done {
             return Ok(false);
         }
-        let loads = state.load_missed(frame, image, &self.host, &self.layout)?;
+        let loads = state.load_missed(frame, images, &self.host, &self.layout)?;
         let followed = admission.follow(&report, loads);
         followed.map_err(|NoRoom| no_room(&self.layout))?;
         if let Some(pixels) = admission.enough {
@@ -282,14 +282,16 @@ impl State {
     fn load_missed(
         &mut self,
         frame: &mut Frame,
-        image: &Image,
+        images: &[Image],
         host: &HostSide,
         layout: &BrickLayout,
     ) -> Result<Loads> {
         let began = Instant::now();
         let mut pages = host.pages(layout);
         self.places.take_reads(&mut pages);
-        let loads = self.loader.load(frame, image, &mut self.places, &mut pages);
+        let loads = self
+            .loader
+            .load(frame, images, &mut self.places, &mut pages);
         if loads.is_err() {
             // Some places do not hold the brick that the page table names.
             self.places.clear(&mut pages);

@@ -6,7 +6,6 @@
 use std::cmp::Reverse;
 
 use crate::render::layout::BrickLayout;
-use crate::render::packed::pack;
 use crate::render::shared::{PAGE_READ, PAGE_RESIDENT};
 
 pub struct Places {
@@ -87,7 +86,7 @@ impl Places {
             pages[old as usize] = 0;
         }
         self.read[place as usize] = self.round;
-        pages[brick as usize] = PAGE_RESIDENT | pack(self.layout.place(place));
+        pages[brick as usize] = PAGE_RESIDENT | self.layout.page(place);
     }
 
     /// Forgets what the places hold.
@@ -123,6 +122,7 @@ mod tests {
         let layout = BrickLayout {
             side: 8,
             bricks: [8, 1, 1],
+            images: 1,
             places: [2, 1, 1],
             host_bytes: 0,
         };

@@ -5,6 +5,6 @@ mod bricks;
 mod cache;
 mod occupancy;
 
-pub use bricks::BrickLayout;
+pub use bricks::{BrickLayout, Place};
 pub use cache::{CacheLayout, describe_cache};
 pub use occupancy::Occupancy;

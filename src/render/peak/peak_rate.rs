@@ -113,7 +113,7 @@ impl Kernels {
                 name: "peak_rate",
                 specialization: &[],
                 push: PeakPush::PUSH,
-                macros: &[(work, "1")],
+                macros: &[(work, "1".into())],
             };
             Pass::new(device, shaders, &desc)
         };

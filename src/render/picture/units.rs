@@ -73,7 +73,7 @@ impl Renderer {
         let r = &self.resources;
         if let Some(bricks) = &r.bricks {
             // A preview ends also where a sample fails: other pictures wait for their bricks.
-            let ended = bricks.end_preview(&mut self.frame, &r.volume);
+            let ended = bricks.end_preview(&mut self.frame, &r.volumes);
             self.begin_picture();
             return sampled.and(ended);
         }

@@ -120,16 +120,33 @@ impl<'a> InBricks<'a> {
     }
 
     fn choice(&self, plan: Plan, next_better: &str) -> Choice {
+        let (resident, needed) = (capacity(&plan).min(self.needed), self.needed);
+        let how_many = if resident == needed {
+            format!("all {needed} needed ones at once")
+        } else if self.is_full(&plan) {
+            format!(
+                "{resident} of the {needed} needed ones at a time, as the device's images hold no more"
+            )
+        } else {
+            format!("{resident} of the {needed} needed ones at a time")
+        };
         Choice {
             reason: format!(
-                "{} fits with the volume in bricks, {} of the {} needed ones at a time: the whole volume does not",
+                "{} fits with the volume in bricks, {how_many}: the whole volume does not",
                 plan.variant.description(),
-                capacity(&plan).min(self.needed),
-                self.needed,
             ),
             next_better: next_better.into(),
             plan,
         }
+    }
+
+    /// Whether the budget would have room for more bricks than the device's images have.
+    fn is_full(&self, plan: &Plan) -> bool {
+        let voxel_bytes = self.planner.uncached.parts.field.stored.bytes();
+        let most = |layout: &BrickLayout| layout.most_places(voxel_bytes, self.planner.limits);
+        let is_full = |layout: BrickLayout| u64::from(layout.capacity()) * 33 / 32 >= most(&layout);
+        // A search for what fits leaves up to a 32nd of the budget.
+        plan.bricks.is_some_and(is_full) && self.planner.budget / 32 * 31 > plan.bytes()
     }
 
     /// The share of the needed bricks for which there is room.
@@ -146,11 +163,11 @@ impl<'a> InBricks<'a> {
         let Some(layout) = smallest.bricks else {
             return Ok(None);
         };
-        let brick_bytes = layout.brick_bytes(scene.parts.field.stored.bytes());
+        let voxel_bytes = scene.parts.field.stored.bytes();
+        let brick_bytes = layout.brick_bytes(voxel_bytes);
         let left = self.planner.budget.saturating_sub(smallest.bytes());
-        let most_image = self.planner.limits.max_allocation_bytes / brick_bytes;
         let mut places = (1 + left / brick_bytes)
-            .min(most_image)
+            .min(layout.most_places(voxel_bytes, self.planner.limits))
             .min(layout.total().into());
         let least = most_at_once(&layout, scene, self.needed.into());
         let enough = self.enough_for(scene);
@@ -189,7 +206,9 @@ impl<'a> InBricks<'a> {
     }
 
     fn layout(&self, scene: &GpuScene, places: u64) -> BrickLayout {
-        BrickLayout::new(scene.parts.field.dims, places, self.planner.limits)
+        let field = &scene.parts.field;
+        let voxel_bytes = field.stored.bytes();
+        BrickLayout::new(field.dims, voxel_bytes, places, self.planner.limits)
     }
 }
 

@@ -3,6 +3,8 @@
 mod pictures;
 mod waiting;
 
+use isolume::gpu::DeviceSummary;
+use isolume::render::BrickLayout;
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
@@ -22,6 +24,15 @@ fn wave_values() -> impl Iterator<Item = u16> {
 
 fn volume_of(voxels: Voxels) -> Volume {
     Volume::from_values(DIMS, [0.1; 3], voxels).expect("a volume")
+}
+
+/// Bricks with `side` voxels along a side, and so many places for them in one image.
+fn layout(side: u32, volume: &Volume, places: u64) -> BrickLayout {
+    layout_within(side, volume, places, &device().summary)
+}
+
+fn layout_within(side: u32, volume: &Volume, places: u64, limits: &DeviceSummary) -> BrickLayout {
+    BrickLayout::with_side(side, volume.dims, volume.stored.bytes(), places, limits)
 }
 
 fn waves() -> Volume {

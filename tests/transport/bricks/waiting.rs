@@ -8,12 +8,12 @@ use std::time::{Duration, Instant};
 use isolume::engine::{Engine, Host, HostOptions, Limit, Stop};
 use isolume::gpu::{Device, Memory};
 use isolume::render::{
-    Batch, BrickLayout, CacheLayout, GpuScene, ReadingSlices, Renderer, Until, next_batch_size,
+    Batch, CacheLayout, GpuScene, ReadingSlices, Renderer, Until, next_batch_size,
 };
 use isolume::scene::CacheFormat;
 use isolume::scene::volume::Volume;
 
-use super::{scene, waves};
+use super::{layout, scene, waves};
 use crate::support::common::*;
 
 /// Units that are interrupted are dropped, even if some pixels have had theirs.
@@ -21,7 +21,7 @@ use crate::support::common::*;
 fn interrupted_units_leave_the_picture_as_it_was() {
     let (device, volume) = (device(), waves());
     let memory = Memory::new(&device, BUDGET).expect("memory");
-    let layout = BrickLayout::with_side(8, volume.dims, 40, &device.summary);
+    let layout = layout(8, &volume, 40);
     let scene = GpuScene::new(&scene(0.0, None), &volume, 1);
     let scene = scene.with_bricks(Some(layout));
     let mut renderer =
@@ -95,7 +95,7 @@ fn previews_wait_for_nothing_and_end_as_the_exact_picture() {
     assert!(whole.unit(1, Until::NEVER).expect("a unit"));
     let exact = whole.sums().expect("sums").mean;
 
-    let layout = BrickLayout::with_side(8, volume.dims, 4000, &device.summary);
+    let layout = layout(8, &volume, 4000);
     let mut streamed = renderer(Some(layout));
     streamed.set_slice_ms(0.0);
     let mut loads = Vec::new();
@@ -117,7 +117,7 @@ fn previews_wait_for_nothing_and_end_as_the_exact_picture() {
 
 /// A renderer with a cache, to which few bricks at a time are brought.
 fn slow_renderer(device: &Arc<Device>, volume: &Volume) -> Renderer {
-    let layout = BrickLayout::with_side(8, volume.dims, 4000, &device.summary);
+    let layout = layout(8, volume, 4000);
     let gpu_scene = GpuScene::new(&scene(0.0, None), volume, 1).with_bricks(Some(layout));
     let occupancy = gpu_scene.occupancy(volume);
     let cache = CacheLayout::new(volume.dims, &occupancy, 0.5, CacheFormat::F32, 4096);

@@ -20,6 +20,7 @@ fn device(name: &str, kind: DeviceKind, heap: u64) -> DeviceSummary {
         max_image_3d: 2048,
         max_storage_buffer_bytes: ANY_BUFFER,
         max_allocation_bytes: heap,
+        extra_images: 15,
         lacks: Vec::new(),
         needs: Vec::new(),
     }
@@ -124,6 +125,7 @@ pub fn minimum() -> DeviceSummary {
         max_image_3d: 256,
         max_storage_buffer_bytes: 128 * MIB,
         max_allocation_bytes: GIB,
+        extra_images: 0,
         ..device("the least of devices", DeviceKind::Other, 2 * GIB)
     }
 }

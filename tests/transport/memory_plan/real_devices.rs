@@ -5,8 +5,8 @@ use isolume::cli::message;
 use isolume::gpu::DeviceSummary;
 use isolume::render::shared::BRICK;
 use isolume::render::{Choice, Planner};
-use isolume::scene::CacheScale;
 use isolume::scene::volume::Volume;
+use isolume::scene::{CacheScale, Variant};
 
 use crate::memory_plan::devices::*;
 use crate::memory_plan::scene;
@@ -121,6 +121,42 @@ fn plans_keep_to_the_limits_of_real_devices() {
                 }
             }
         }
+    }
+    common::assert_silent(&device);
+}
+
+/// AMD's and NVIDIA's drivers allocate at most 2 and 4 GiB at once. A volume that the memory has room for does not stream for that.
+#[test]
+fn a_volume_larger_than_an_allocation_is_there_as_a_whole() {
+    let device = common::device();
+    let mut scene = scene();
+    scene.render.size = [1024, 1024];
+    scene.render.variant = Variant::NonCaching;
+    let volume = Volume::outline([2048, 2048, 1024], [0.0, 100.0]);
+    for limits in [amd_16(), amd_24(), nvidia_24(), nvidia_h100()] {
+        let choose = |limits: &DeviceSummary| {
+            let budget = limits.device_local_bytes / 5 * 4;
+            let choice = Planner::new(&device, limits, budget, &volume, &scene).choose();
+            let choice = choice.expect("a plan");
+            assert_within_limits(limits, budget, &volume, &choice);
+            let bricks = choice.plan.bricks.expect("bricks");
+            (bricks.capacity() >= bricks.total(), choice.reason)
+        };
+        let (is_all_there, reason) = choose(&limits);
+        assert!(is_all_there, "{}: {reason}", limits.name);
+        assert!(
+            reason.contains("all 131072 needed ones at once"),
+            "{reason}"
+        );
+        let few_images = DeviceSummary {
+            extra_images: 0,
+            ..limits
+        };
+        let (is_all_there, reason) = choose(&few_images);
+        assert!(
+            !is_all_there && reason.contains("as the device's images hold no more"),
+            "{reason}"
+        );
     }
     common::assert_silent(&device);
 }
