@@ -12,7 +12,7 @@ pub struct Medium {
     pub density: f32,
     /// Henyey–Greenstein asymmetry in (−1, 1), g > 0 forward.
     pub g: f32,
-    /// Non-decreasing in value; empty in vacuum.
+    /// Non-decreasing in value, and not beyond the volume's values; empty in vacuum.
     pub transfer: Vec<TransferPoint>,
     /// If all values of the volume lie on one segment of the transfer function: the stored value and the opacity at the end
     /// of that segment with the lower opacity, and the slope of opacity per stored value; `None` otherwise.
@@ -35,13 +35,15 @@ pub struct TransferPoint {
 impl Medium {
     pub fn new(medium: Option<&scene::Medium>, volume: &Volume) -> Medium {
         let points = medium.iter().flat_map(|m| &m.transfer);
-        let transfer: Vec<TransferPoint> = points
+        let points: Vec<TransferPoint> = points
             .map(|p| TransferPoint {
                 value: stored(volume, p.value) as f32,
                 opacity: p.opacity as f32,
                 color: p.color.map(|c| c as f32),
             })
             .collect();
+        let range = volume.range.map(|value| stored(volume, value) as f32);
+        let transfer = over_values(&points, range);
         let density = medium.map_or(0.0, |m| m.density as f32);
         Medium {
             density,
@@ -98,6 +100,50 @@ impl Medium {
     }
 }
 
+/// The transfer function over these values alone: what lies beyond is cut off, at the ends of the range. It would take digits
+/// from the integrals over values, and bins from the search for points (`transfer_table.rs`), and count as a colour or an
+/// extinction that the medium has nowhere.
+fn over_values(points: &[TransferPoint], [low, high]: [f32; 2]) -> Vec<TransferPoint> {
+    let below = points.partition_point(|point| point.value < low);
+    let up_to_high = points.partition_point(|point| point.value <= high);
+    // An end is cut where points lie beyond it and none on it.
+    let cut = |value: f32, next: usize| {
+        let is_on_it = next > 0 && points[next - 1].value == value
+            || points.get(next).is_some_and(|point| point.value == value);
+        (!is_on_it).then(|| point_between(points, next, value))
+    };
+    let first = (below > 0).then(|| cut(low, below)).flatten();
+    let last = (up_to_high < points.len())
+        .then(|| cut(high, up_to_high))
+        .flatten();
+    let within = points[below..up_to_high.max(below)].iter().copied();
+    let last = last.filter(|_| first.is_none() || low < high);
+    first.into_iter().chain(within).chain(last).collect()
+}
+
+/// The transfer function at `value`, which lies before the point number `next` and behind the one before it.
+fn point_between(points: &[TransferPoint], next: usize, value: f32) -> TransferPoint {
+    let (Some(a), Some(b)) = (points.get(next.wrapping_sub(1)), points.get(next)) else {
+        let end = if next == 0 {
+            points.first()
+        } else {
+            points.last()
+        };
+        return TransferPoint {
+            value,
+            ..*end.expect("a point beyond the value")
+        };
+    };
+    let [low, high, at] = [a.value, b.value, value].map(f64::from);
+    let share = (at - low) / (high - low);
+    let mix = |x: f32, y: f32| (f64::from(x) + share * (f64::from(y) - f64::from(x))) as f32;
+    TransferPoint {
+        value,
+        opacity: mix(a.opacity, b.opacity),
+        color: std::array::from_fn(|c| mix(a.color[c], b.color[c])),
+    }
+}
+
 /// A value, the opacity there, and the slope of the line on which all values in the volume lie; `None` if they do not. The
 /// value is that of the lower end, so that opacity is exactly 0 where a ramp begins.
 fn linear_opacity(transfer: &[TransferPoint], volume: &Volume) -> Option<[f32; 3]> {
@@ -143,6 +189,44 @@ mod tests {
         let voxels = Voxels::U8(vec![0; longest as usize]);
         let volume = Volume::from_values([1, longest, 1], [0.5, 1.0, 0.5], voxels);
         block_size(&volume.expect("a volume"), densest)
+    }
+
+    /// Value and opacity of each point that is left.
+    fn cut(points: &[(f32, f32)], range: [f32; 2]) -> Vec<(f32, f32)> {
+        let point = |&(value, opacity)| TransferPoint {
+            value,
+            opacity,
+            color: [opacity; 3],
+        };
+        let points: Vec<_> = points.iter().map(point).collect();
+        let left = over_values(&points, range);
+        assert!(left.iter().all(|point| point.color == [point.opacity; 3]));
+        left.iter()
+            .map(|point| (point.value, point.opacity))
+            .collect()
+    }
+
+    #[test]
+    fn what_the_volume_does_not_hold_is_cut_off_the_transfer_function() {
+        let within = [(1.0, 0.25), (2.0, 0.5), (2.0, 0.625), (3.0, 0.875)];
+        assert_eq!(cut(&within, [1.0, 3.0]), within);
+        assert_eq!(cut(&within, [0.0, 4.0]), within);
+        // Far away, and half way between points.
+        assert_eq!(
+            cut(&[(-1e30, 0.5), (1e30, 0.5)], [0.0, 1.0]),
+            [(0.0, 0.5), (1.0, 0.5)]
+        );
+        assert_eq!(
+            cut(&within, [1.5, 2.5]),
+            [(1.5, 0.375), (2.0, 0.5), (2.0, 0.625), (2.5, 0.75)]
+        );
+        // Steps at the ends stay; all values before the first point, behind the last one, and a single one.
+        assert_eq!(cut(&within, [2.0, 2.5])[..2], [(2.0, 0.5), (2.0, 0.625)]);
+        assert_eq!(cut(&within, [1.0, 2.0])[1..], [(2.0, 0.5), (2.0, 0.625)]);
+        assert_eq!(cut(&within, [0.0, 0.5]), [(0.5, 0.25)]);
+        assert_eq!(cut(&within, [7.0, 9.0]), [(7.0, 0.875)]);
+        assert_eq!(cut(&within, [1.5, 1.5]), [(1.5, 0.375)]);
+        assert_eq!(cut(&[], [0.0, 1.0]), []);
     }
 
     #[test]
