@@ -150,13 +150,59 @@ impl EnvironmentImage {
         Ok(sum)
     }
 
+    /// On another grid, each texel is the image's mean over the texel's area, so that no light is lost or gained: a bright texel
+    /// may lie anywhere between the centres of the others.
     fn resampled(&self, width: u32, height: u32) -> EnvironmentImage {
         if self.size() == [width, height] {
             return self.clone();
         }
-        let center = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);
-        let row = |j| (0..width).map(move |i| self.at(center(i, width), center(j, height)));
-        let texels = (0..height).flat_map(row).collect();
+        let columns: Vec<_> = (0..width).map(|i| shares(self.width, i, width)).collect();
+        let rows = (0..height).map(|j| shares(self.height, j, height));
+        let column_of = |i: i64| i.rem_euclid(self.width.into()) as usize;
+        let row_of = |j: i64| j.clamp(0, i64::from(self.height) - 1) as usize;
+        let mean = |row: &[(i64, f64)], column: &[(i64, f64)]| {
+            let mut sum = [0.0; 3];
+            for &(j, of_row) in row {
+                for &(i, of_column) in column {
+                    let texel = self.texels[row_of(j) * self.width as usize + column_of(i)];
+                    let share = of_row * of_column;
+                    sum = std::array::from_fn(|c| sum[c] + share * f64::from(texel[c]));
+                }
+            }
+            sum.map(|c| c as f32)
+        };
+        let of_row = |row: Vec<(i64, f64)>| columns.iter().map(move |column| mean(&row, column));
+        EnvironmentImage {
+            width,
+            height,
+            texels: rows.flat_map(of_row).collect(),
+        }
+    }
+}
+
+/// The texels of a row of `from` that an interpolated row holds within texel number `i` of `to` others, and their shares of
+/// the mean there. The first and the last may lie beyond the row's ends.
+fn shares(from: u32, i: u32, to: u32) -> Vec<(i64, f64)> {
+    let edge = |i: u32| f64::from(i) / f64::from(to) * f64::from(from) - 0.5;
+    let (begin, end) = (edge(i), edge(i + 1));
+    // The integral of a texel's weight up to x; the weight falls from 1 at its centre to 0 at those beside it.
+    let up_to = |x: f64| match x.clamp(-1.0, 1.0) {
+        x if x < 0.0 => 0.5 * (x + 1.0).powi(2),
+        x => 1.0 - 0.5 * (1.0 - x).powi(2),
+    };
+    let share = |n: i64| (up_to(end - n as f64) - up_to(begin - n as f64)) / (end - begin);
+    let texels = begin.floor() as i64..=end.ceil() as i64;
+    texels.map(|n| (n, share(n))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn image([width, height]: [u32; 2], texel: impl Fn(u32, u32) -> f32) -> EnvironmentImage {
+        let row = |j| (0..width).map(move |i| (i, j));
+        let texels = (0..height).flat_map(row);
+        let texels = texels.map(|(i, j)| [texel(i, j), 1.0, 0.0]).collect();
         EnvironmentImage {
             width,
             height,
@@ -164,27 +210,36 @@ impl EnvironmentImage {
         }
     }
 
-    /// The radiance at (u, v): bilinear, wrapping in u, clamped in v.
-    pub fn at(&self, u: f64, v: f64) -> [f32; 3] {
-        let (x, y) = (
-            u * f64::from(self.width) - 0.5,
-            v * f64::from(self.height) - 0.5,
-        );
-        let texel = |dx: f64, dy: f64| {
-            let i = (x.floor() + dx).rem_euclid(f64::from(self.width)) as usize;
-            let j = (y.floor() + dy).clamp(0.0, f64::from(self.height - 1)) as usize;
-            self.texels[j * self.width as usize + i]
-        };
-        let (s, t) = (x - x.floor(), y - y.floor());
-        let corners = [
-            (texel(0.0, 0.0), (1.0 - s) * (1.0 - t)),
-            (texel(1.0, 0.0), s * (1.0 - t)),
-            (texel(0.0, 1.0), (1.0 - s) * t),
-            (texel(1.0, 1.0), s * t),
-        ];
-        std::array::from_fn(|c| {
-            let sum: f64 = corners.iter().map(|(rgb, w)| f64::from(rgb[c]) * w).sum();
-            sum as f32
-        })
+    /// The mean of the first channel over the image's plane.
+    fn mean(image: &EnvironmentImage) -> f64 {
+        let sum: f64 = image.texels.iter().map(|texel| f64::from(texel[0])).sum();
+        sum / image.texels.len() as f64
+    }
+
+    #[test]
+    fn images_of_other_sizes_neither_lose_nor_gain_light() {
+        for (size, other) in [
+            ([48, 24], [64, 32]),
+            ([64, 32], [100, 50]),
+            ([5, 3], [16, 128]),
+        ] {
+            for spot in [
+                [0, 0],
+                [size[0] - 1, size[1] - 1],
+                [size[0] / 3, size[1] / 4],
+            ] {
+                let bright = |i, j| if [i, j] == spot { 1000.0 } else { 0.5 };
+                let bright = image(size, bright);
+                let sum = bright.plus(&image(other, |_, _| 0.0)).expect("a sum");
+                assert_eq!(sum.size(), other);
+                let off = mean(&sum) / mean(&bright) - 1.0;
+                assert!(off.abs() < 1e-5, "{size:?} {spot:?}: {off}");
+                assert!(
+                    sum.texels
+                        .iter()
+                        .all(|texel| (texel[1] - 2.0).abs() < 1e-5 && texel[2] == 0.0)
+                );
+            }
+        }
     }
 }

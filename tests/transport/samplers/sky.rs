@@ -77,8 +77,22 @@ impl Sky {
 
     fn at(&self, direction: DVec3) -> DVec3 {
         let (u, v) = position(direction);
-        DVec3::from_array(self.image.at(u, v).map(f64::from))
+        radiance_at(&self.image, u, v)
     }
+}
+
+/// Interpolated between texels, round and round along u, constant beyond the first and the last row.
+fn radiance_at(image: &EnvironmentImage, u: f64, v: f64) -> DVec3 {
+    let x = u * f64::from(image.width) - 0.5;
+    let y = v * f64::from(image.height) - 0.5;
+    let texel = |dx: f64, dy: f64| {
+        let i = (x.floor() + dx).rem_euclid(f64::from(image.width)) as usize;
+        let j = (y.floor() + dy).clamp(0.0, f64::from(image.height - 1)) as usize;
+        let texel = image.texels[j * image.width as usize + i];
+        DVec3::from_array(texel.map(f64::from))
+    };
+    let row = |dy: f64| texel(0.0, dy).lerp(texel(1.0, dy), x - x.floor());
+    row(0.0).lerp(row(1.0), y - y.floor())
 }
 
 /// As the contract has it.
@@ -272,8 +286,7 @@ fn samples_add_up_to_the_whole_sky() {
             let weight = TAU / columns as f64 * (polar(row as f64) - polar(row as f64 + 1.0));
             for column in 0..columns {
                 let (u, v) = (column as f64 + 0.5, row as f64 + 0.5);
-                let texel = sky.image.at(u / columns as f64, v / rows as f64);
-                whole += weight * DVec3::from_array(texel.map(f64::from));
+                whole += weight * radiance_at(&sky.image, u / columns as f64, v / rows as f64);
             }
         }
         for channel in 0..3 {
@@ -305,8 +318,7 @@ fn the_density_follows_the_filtered_image() {
             let along = |i: usize| (i as f64 + 0.5) / NODES as f64;
             let u = (column as f64 + along(node % NODES)) / columns as f64;
             let v = (row as f64 + along(node / NODES)) / rows as f64;
-            let texel = sky.image.at(u, v);
-            mean += texel.iter().map(|&t| f64::from(t)).sum::<f64>() / (NODES * NODES) as f64;
+            mean += radiance_at(&sky.image, u, v).element_sum() / (NODES * NODES) as f64;
         }
         let polar = |r: usize| PI * r as f64 / rows as f64;
         total += mean * TAU / columns as f64 * (polar(row).cos() - polar(row + 1).cos());
