@@ -77,6 +77,85 @@ bvec4 reservoirs_that_take(float weight, float sum, float u) {
     return lessThan(fract(u + QUARTERS) * sum, vec4(weight));
 }
 
+bool is_opaque(Front front) {
+    return front.transmittance <= 0.0;
+}
+
+// Points picked among the steps since the last read of the cache: one for a tail, and those of the front's four that are
+// replaced if the light that is read counts.
+struct Picked {
+    bvec4 is_new;
+    vec4 t;
+    mat4x3 albedo;
+    float tail_t;
+    vec3 tail_albedo;
+};
+
+Picked nothing_picked(Front front) {
+    return Picked(bvec4(false), front.picked_t, front.picked_albedo, 0.0, scene.color);
+}
+
+// Picks points of a step, given three random numbers. Its weight is in `taken` already; `taken_before` is that of all earlier
+// reads.
+void pick(inout Picked picked, MarchStep s, float weight, float taken_before, Taken taken, vec3 u) {
+    bvec4 here = reservoirs_that_take(weight, taken_before + taken.weight, u.x);
+    // Sampled points and not the steps' midpoints, since the suns' transmittance may fall steeply within a step.
+    vec4 points = sample_collisions(s, fract(u.z + QUARTERS));
+    picked.t = mix(picked.t, points, here);
+    picked.is_new = mix(picked.is_new, here, here);
+    if (!has_one_color) {
+        for (uint k = 0u; k < 4u; ++k) {
+            picked.albedo[k] = mix(picked.albedo[k], s.albedo, bvec3(here[k]));
+        }
+    }
+    if (has_tails()) {
+        bool is_tail = u.y * taken.weight < weight;
+        picked.tail_t = is_tail ? points.x : picked.tail_t;
+        // The step's mean albedo: the transfer function's colour at the picked point may belong to opacity 0.
+        picked.tail_albedo = is_tail ? s.albedo : picked.tail_albedo;
+    }
+}
+
+// Makes steps until the cache has to be read, or the stretch or the ray ends.
+void march_to_read(Ray ray, inout March march, inout Front front, inout Taken taken, inout Picked picked,
+                   inout Random random) {
+    LOOP {
+        vec3 u = random_numbers(random).xyz;
+        MarchStep s = make_step(ray, march);
+        float weight = front.transmittance * s.alpha;
+        front.transmittance -= weight;
+        take(taken, weight, s.albedo, mean_collision(s));
+        pick(picked, s, weight, front.taken, taken, u);
+        if (front.transmittance < ROULETTE_BELOW) {
+            bool is_left = random_numbers(random).x * ROULETTE_BELOW < front.transmittance;
+            front.transmittance = is_left ? ROULETTE_BELOW : 0.0;
+        }
+        if (is_opaque(front) || !march.goes_on || is_due(taken)) {
+            break;
+        }
+    }
+}
+
+// Collects the light of these steps from the cache, or leaves it to paths. `suns_here` is what the suns' light would bring
+// without anything in its way.
+void read_light(Ray ray, Taken taken, Picked picked, vec3 suns_here, inout Front front, inout Random random) {
+    Cube cube = cube_taken(taken, ray);
+    CachedLight light = read_cache(cube);
+    // Which nodes are in sight is measured with few rays; another ray may pass beside a surface that stops these,
+    // and read a node that was not in sight, whose light is a guess.
+    if (is_left_to_paths(cube) || has_tails() && !light.known) {
+        Tail tail = Tail(picked.tail_t, taken.weight, COLLISION, packed_albedo(picked.tail_albedo));
+        leave_to_paths(front, tail, random);
+    } else {
+        front.radiance += albedo_taken(taken) * (scattered_back(light, ray) + light.suns * suns_here);
+        front.taken += taken.weight;
+        front.picked_t = picked.t;
+        front.picked_albedo = picked.albedo;
+        front.picked_suns = mix(front.picked_suns, vec4(light.suns), picked.is_new);
+    }
+}
+
+// Marches through the medium between t and t_end, where no surface is in the way.
 void march_segment(Ray ray, float t, float t_end, inout Front front, inout Random random) {
     if (!(t < t_end)) {
         return;
@@ -86,65 +165,18 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
     if (!march.goes_on) {
         return;
     }
-    bool is_opaque;
-    // Loops over stretches, reads of the cache, and steps.
+    // Loops over stretches, and over reads of the cache in each.
     LOOP {
         LOOP {
             Taken taken = NOTHING_TAKEN;
-            bvec4 is_picked = bvec4(false);
-            vec4 picked_t = front.picked_t;
-            mat4x3 picked_albedo = front.picked_albedo;
-            float tail_t = 0.0;
-            vec3 tail_albedo = scene.color;
-            LOOP {
-                vec3 u = random_numbers(random).xyz;
-                MarchStep s = make_step(ray, march);
-                float weight = front.transmittance * s.alpha;
-                front.transmittance -= weight;
-                take(taken, weight, s.albedo, mean_collision(s));
-                bvec4 here = reservoirs_that_take(weight, front.taken + taken.weight, u.x);
-                // Sampled points and not the steps' midpoints, since the suns' transmittance may fall steeply within a step.
-                vec4 points = sample_collisions(s, fract(u.z + QUARTERS));
-                picked_t = mix(picked_t, points, here);
-                is_picked = mix(is_picked, here, here);
-                if (!has_one_color) {
-                    for (uint k = 0u; k < 4u; ++k) {
-                        picked_albedo[k] = mix(picked_albedo[k], s.albedo, bvec3(here[k]));
-                    }
-                }
-                if (has_tails()) {
-                    bool is_tail = u.y * taken.weight < weight;
-                    tail_t = is_tail ? points.x : tail_t;
-                    // The step's mean albedo: the transfer function's colour at the picked point may belong to opacity 0.
-                    tail_albedo = is_tail ? s.albedo : tail_albedo;
-                }
-                if (front.transmittance < ROULETTE_BELOW) {
-                    bool is_left = random_numbers(random).x * ROULETTE_BELOW < front.transmittance;
-                    front.transmittance = is_left ? ROULETTE_BELOW : 0.0;
-                }
-                is_opaque = front.transmittance <= 0.0;
-                if (is_opaque || !march.goes_on || is_due(taken)) {
-                    break;
-                }
-            }
-            Cube cube = cube_taken(taken, ray);
-            CachedLight light = read_cache(cube);
-            // Which nodes are in sight is measured with few rays; another ray may pass beside a surface that stops these,
-            // and read a node that was not in sight, whose light is a guess.
-            if (is_left_to_paths(cube) || has_tails() && !light.known) {
-                leave_to_paths(front, Tail(tail_t, taken.weight, COLLISION, packed_albedo(tail_albedo)), random);
-            } else {
-                front.radiance += albedo_taken(taken) * (scattered_back(light, ray) + light.suns * suns_here);
-                front.taken += taken.weight;
-                front.picked_t = picked_t;
-                front.picked_albedo = picked_albedo;
-                front.picked_suns = mix(front.picked_suns, vec4(light.suns), is_picked);
-            }
-            if (is_opaque || !march.goes_on) {
+            Picked picked = nothing_picked(front);
+            march_to_read(ray, march, front, taken, picked, random);
+            read_light(ray, taken, picked, suns_here, front, random);
+            if (is_opaque(front) || !march.goes_on) {
                 break;
             }
         }
-        if (is_opaque) {
+        if (is_opaque(front)) {
             break;
         }
         next_stretch(ray, march);
@@ -216,7 +248,7 @@ void march(Ray ray, float t_end, inout Front front, inout Random random) {
         }
         bool hits = crossing.surface >= 0;
         march_segment(ray, t, hits ? crossing.t : t_end, front, random);
-        if (!hits || front.transmittance <= 0.0) {
+        if (!hits || is_opaque(front)) {
             break;
         }
         float weight = front.transmittance * surface_at(uint(crossing.surface)).opacity;
@@ -228,7 +260,7 @@ void march(Ray ray, float t_end, inout Front front, inout Random random) {
         }
         leave_to_paths(front, Tail(crossing.t, weight, crossing.surface, uvec2(crossing.inside, leaves_suns)), random);
         front.transmittance -= weight;
-        if (front.transmittance <= 0.0) {
+        if (is_opaque(front)) {
             break;
         }
         t = crossing.t;
