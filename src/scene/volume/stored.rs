@@ -236,17 +236,7 @@ impl Conversion {
     /// the first integer of 64 bits that does not fit 32.
     pub fn convert(&self, bytes: &[u8], stored: &mut [u8]) -> Parsed<f64> {
         let endian = self.endian;
-        let mut rounding = 0.0;
-        let mut misfit = None;
-        let mut rescaled = |value: f64| {
-            let exact = self.intercept + self.slope * value;
-            let kept = exact as f32;
-            let change = (f64::from(kept) - exact).abs();
-            if kept.is_finite() && change > rounding {
-                rounding = change;
-            }
-            kept.to_ne_bytes()
-        };
+        let mut to = Rescaling::new(self);
         match (self.from, self.stored()) {
             (VoxelType::U8, StoredType::U8) => stored.copy_from_slice(bytes),
             (VoxelType::I8, StoredType::U8) => each(bytes, stored, |[byte]| [byte ^ 0x80]),
@@ -256,40 +246,35 @@ impl Conversion {
             (VoxelType::I16, StoredType::U16) => each(bytes, stored, |bytes| {
                 (endian.u16(bytes) ^ 0x8000).to_ne_bytes()
             }),
-            (VoxelType::U8, _) => each(bytes, stored, |[byte]| rescaled(byte.into())),
-            (VoxelType::I8, _) => each(bytes, stored, |[byte]| rescaled((byte as i8).into())),
-            (VoxelType::U16, _) => each(bytes, stored, |bytes| rescaled(endian.u16(bytes).into())),
-            (VoxelType::I16, _) => each(bytes, stored, |bytes| {
-                rescaled((endian.u16(bytes) as i16).into())
+            (VoxelType::U8, _) => each(bytes, stored, |[byte]| to.rescaled(byte)),
+            (VoxelType::I8, _) => each(bytes, stored, |[byte]| to.rescaled(byte as i8)),
+            (VoxelType::U16, _) => each(bytes, stored, |bytes| to.rescaled(endian.u16(bytes))),
+            (VoxelType::I16, _) => {
+                each(bytes, stored, |bytes| to.rescaled(endian.u16(bytes) as i16))
+            }
+            (VoxelType::U32, _) => each(bytes, stored, |bytes| to.rescaled(endian.u32(bytes))),
+            (VoxelType::I32, _) => {
+                each(bytes, stored, |bytes| to.rescaled(endian.u32(bytes) as i32))
+            }
+            (VoxelType::U64, _) => each(bytes, stored, |bytes| {
+                to.rescaled_integer(endian.u64(bytes).into())
             }),
-            (VoxelType::U32, _) => each(bytes, stored, |bytes| rescaled(endian.u32(bytes).into())),
-            (VoxelType::I32, _) => each(bytes, stored, |bytes| {
-                rescaled((endian.u32(bytes) as i32).into())
-            }),
-            (VoxelType::U64 | VoxelType::I64, _) => each(bytes, stored, |bytes| {
-                let bits = endian.u64(bytes);
-                let value = match self.from {
-                    VoxelType::U64 => i128::from(bits),
-                    _ => i128::from(bits as i64),
-                };
-                if !FITTING.contains(&value) {
-                    misfit.get_or_insert(value);
-                }
-                rescaled(value as f64)
+            (VoxelType::I64, _) => each(bytes, stored, |bytes| {
+                to.rescaled_integer((endian.u64(bytes) as i64).into())
             }),
             (VoxelType::F16, _) => each(bytes, stored, |bytes| {
-                rescaled(f16::from_bits(endian.u16(bytes)).into())
+                to.rescaled(f16::from_bits(endian.u16(bytes)))
             }),
             (VoxelType::F32, _) if self.rescales() => each(bytes, stored, |bytes| {
-                rescaled(f32::from_bits(endian.u32(bytes)).into())
+                to.rescaled(f32::from_bits(endian.u32(bytes)))
             }),
             (VoxelType::F32, _) => each(bytes, stored, |bytes| endian.u32(bytes).to_ne_bytes()),
             (VoxelType::F64, _) => each(bytes, stored, |bytes| {
-                rescaled(f64::from_bits(endian.u64(bytes)))
+                to.rescaled(f64::from_bits(endian.u64(bytes)))
             }),
         }
-        match misfit {
-            None => Ok(rounding),
+        match to.misfit {
+            None => Ok(to.rounding),
             Some(value) => Err(format!(
                 "a voxel is {value}, expected values of {} that fit 32 bits, from {} to {}; convert them \
                  to float64 first",
@@ -298,6 +283,45 @@ impl Conversion {
                 FITTING.end()
             )),
         }
+    }
+}
+
+/// Rescales numbers to f32, one after another.
+struct Rescaling {
+    slope: f64,
+    intercept: f64,
+    /// The largest change that rounding has made.
+    rounding: f64,
+    /// The first integer that does not fit 32 bits.
+    misfit: Option<i128>,
+}
+
+impl Rescaling {
+    fn new(conversion: &Conversion) -> Rescaling {
+        Rescaling {
+            slope: conversion.slope,
+            intercept: conversion.intercept,
+            rounding: 0.0,
+            misfit: None,
+        }
+    }
+
+    fn rescaled(&mut self, value: impl Into<f64>) -> [u8; 4] {
+        let exact = self.intercept + self.slope * value.into();
+        let kept = exact as f32;
+        let change = (f64::from(kept) - exact).abs();
+        if kept.is_finite() && change > self.rounding {
+            self.rounding = change;
+        }
+        kept.to_ne_bytes()
+    }
+
+    /// Of an integer of 64 bits.
+    fn rescaled_integer(&mut self, value: i128) -> [u8; 4] {
+        if !FITTING.contains(&value) {
+            self.misfit.get_or_insert(value);
+        }
+        self.rescaled(value as f64)
     }
 }
 
