@@ -11,7 +11,7 @@ use std::sync::{Mutex, MutexGuard};
 use ash::{ext, khr, vk};
 
 use super::failure::failure;
-use crate::error::{DeviceError, Result};
+use crate::error::{DeviceError, Error, Result};
 use crate::locked::locked;
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -63,6 +63,50 @@ fn has_name(all: ash::prelude::VkResult<Vec<vk::ExtensionProperties>>, name: &CS
     all.is_ok_and(|all| all.iter().any(|e| e.extension_name_as_c_str() == Ok(name)))
 }
 
+/// What an instance is made with: the extensions that a window system needs, and others that the loader offers.
+struct Wanted {
+    /// C strings.
+    extensions: Vec<*const c_char>,
+    has_labels: bool,
+    flags: vk::InstanceCreateFlags,
+}
+
+impl Wanted {
+    fn of(entry: &ash::Entry, validation: Validation, extensions: &[&'static CStr]) -> Wanted {
+        // SAFETY: the loader is alive.
+        let offered = unsafe { entry.enumerate_instance_extension_properties(None) };
+        let offers = |name| has_name(offered.clone(), name);
+        let mut wanted = Wanted {
+            extensions: extensions.iter().map(|name| name.as_ptr()).collect(),
+            // Debuggers and profilers show the names of passes. The validation layers bring it along.
+            has_labels: validation == Validation::On || offers(ext::debug_utils::NAME),
+            flags: vk::InstanceCreateFlags::empty(),
+        };
+        if wanted.has_labels {
+            wanted.extensions.push(ext::debug_utils::NAME.as_ptr());
+        }
+        // Without this, loaders leave out drivers that stand on another interface, as MoltenVK stands on Metal.
+        if offers(khr::portability_enumeration::NAME) {
+            let name = khr::portability_enumeration::NAME.as_ptr();
+            wanted.extensions.push(name);
+            wanted.flags |= vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR;
+        }
+        wanted
+    }
+}
+
+fn why_not_made(error: vk::Result) -> Error {
+    match error {
+        vk::Result::ERROR_LAYER_NOT_PRESENT => DeviceError::NoValidation.into(),
+        vk::Result::ERROR_INCOMPATIBLE_DRIVER => DeviceError::NoDriver.into(),
+        vk::Result::ERROR_EXTENSION_NOT_PRESENT => DeviceError::Display(
+            "no Vulkan driver here can draw into this display's windows; `isolume render` needs no window".into(),
+        )
+        .into(),
+        e => failure(e, "Vulkan could not be started"),
+    }
+}
+
 impl Instance {
     /// `extensions` are those that a window system needs.
     pub fn new(validation: Validation, extensions: &[&'static CStr]) -> Result<Instance> {
@@ -73,25 +117,14 @@ impl Instance {
             .application_name(c"isolume")
             .api_version(vk::API_VERSION_1_3);
         let mut layers = Vec::new();
-        let mut extensions: Vec<*const c_char> =
-            extensions.iter().map(|name| name.as_ptr()).collect();
         if validation == Validation::On {
             layers.push(VALIDATION_LAYER.as_ptr());
         }
-        // Without this, loaders leave out drivers that stand on another interface, as MoltenVK stands on Metal.
-        let mut flags = vk::InstanceCreateFlags::empty();
-        // SAFETY: the loader is alive.
-        let offered = unsafe { entry.enumerate_instance_extension_properties(None) };
-        let offers = |name| has_name(offered.clone(), name);
-        // Debuggers and profilers show the names of passes. The validation layers bring it along.
-        let has_labels = validation == Validation::On || offers(ext::debug_utils::NAME);
-        if has_labels {
-            extensions.push(ext::debug_utils::NAME.as_ptr());
-        }
-        if offers(khr::portability_enumeration::NAME) {
-            extensions.push(khr::portability_enumeration::NAME.as_ptr());
-            flags |= vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR;
-        }
+        let Wanted {
+            extensions,
+            has_labels,
+            flags,
+        } = Wanted::of(&entry, validation, extensions);
         let checks = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
         let mut features =
             vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
@@ -107,17 +140,8 @@ impl Instance {
         // SAFETY: every pointer in `info` outlives the call.
         let raw = unsafe { entry.create_instance(&info, None) };
         drop(making);
-        let raw = raw.map_err(|e| match e {
-            vk::Result::ERROR_LAYER_NOT_PRESENT => DeviceError::NoValidation.into(),
-            vk::Result::ERROR_INCOMPATIBLE_DRIVER => DeviceError::NoDriver.into(),
-            vk::Result::ERROR_EXTENSION_NOT_PRESENT => DeviceError::Display(
-                "no Vulkan driver here can draw into this display's windows; `isolume render` needs no window".into(),
-            )
-            .into(),
-            e => failure(e, "Vulkan could not be started"),
-        })?;
         let mut instance = Instance {
-            raw,
+            raw: raw.map_err(why_not_made)?,
             has_labels,
             messenger: None,
             messages: Box::default(),
