@@ -103,33 +103,17 @@ impl Stack {
         let thick: Vec<Option<f64>> = thick.collect();
         let even = EvenSlices::of(&placed.places, &distances, &thick, &mut notes)?;
         let shifts = placed.shifts(images, between_columns, between_rows, &mut notes)?;
-        let lowest = shifts.iter().copied().fold(0.0, f64::max);
-        let more_rows = (lowest - EXACT).ceil().max(0.0);
-        if more_rows > MOST_INVENTED * f64::from(image.rows) {
-            return Err(format!(
-                "its slices are shifted by up to {lowest:.0} rows, expected slices one behind the other"
-            ));
-        }
-        let [row, column] = plane.along;
-        let steps = [
-            between_columns * row,
-            between_rows * column,
-            even.spacing * placed.normal,
-        ];
-        let coordinates = if plane.is_in_patient {
-            Coordinates::Anatomical(Axes::LPS)
-        } else {
-            Coordinates::RightHanded
-        };
-        let (_, orientation) = Orientation::from_steps(steps.map(Into::into), coordinates)?;
+        let more_rows = more_rows(&shifts, image.rows)?;
+        let spacing = [between_columns, between_rows, even.spacing];
+        let orientation = placed.orientation(plane, spacing)?;
         notes.extend(told_duplicates(placed.duplicates.len()));
         Ok(Stack {
             dims: [
                 image.columns,
-                image.rows.saturating_add(more_rows as u32),
+                image.rows.saturating_add(more_rows),
                 even.slices.len() as u32,
             ],
-            spacing: [between_columns, between_rows, even.spacing],
+            spacing,
             orientation,
             frames: placed.frames,
             shifts,
@@ -140,6 +124,18 @@ impl Stack {
             notes,
         })
     }
+}
+
+/// The rows that a volume needs besides those of its slices, which are shifted down by so many.
+fn more_rows(shifts: &[f64], rows: u32) -> Parsed<u32> {
+    let lowest = shifts.iter().copied().fold(0.0, f64::max);
+    let more = (lowest - EXACT).ceil().max(0.0);
+    if more > MOST_INVENTED * f64::from(rows) {
+        return Err(format!(
+            "its slices are shifted by up to {lowest:.0} rows, expected slices one behind the other"
+        ));
+    }
+    Ok(more as u32)
 }
 
 /// What is said of slices that lie where others lie.
@@ -263,6 +259,24 @@ impl Placed {
         let usual = median(&distances).unwrap_or(0.0);
         let is_usual = |distance: &f64| (distance - usual).abs() <= EXACT * usual;
         distances.iter().all(is_usual)
+    }
+
+    /// `plane` is that of a slice, and `spacing` that of the voxels.
+    fn orientation(&self, plane: Plane, spacing: [f64; 3]) -> Parsed<Orientation> {
+        let [row, column] = plane.along;
+        let [between_columns, between_rows, between_slices] = spacing;
+        let steps = [
+            between_columns * row,
+            between_rows * column,
+            between_slices * self.normal,
+        ];
+        let coordinates = if plane.is_in_patient {
+            Coordinates::Anatomical(Axes::LPS)
+        } else {
+            Coordinates::RightHanded
+        };
+        let (_, orientation) = Orientation::from_steps(steps.map(Into::into), coordinates)?;
+        Ok(orientation)
     }
 
     /// The rows by which each slice lies below the volume's first row. Nothing is shifted along rows: no gantry tilts

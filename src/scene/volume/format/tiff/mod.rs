@@ -64,13 +64,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     };
     pick("level", overrides.level, coarser.len() as u32 + 1)?;
     let first_page = page(0)?;
-    let samples = first_page.layout.samples;
-    let is_imagej = description.starts_with(imagej::START);
-    let images = if is_imagej {
-        imagej::images(&description)?
-    } else {
-        shaped::images(&description, &first_page.layout)
-    };
+    let images = images_of(&description, &first_page.layout)?;
     let is_one_block = full.len() == 1 && images > 1 && first_page.layout.codec == Codec::Plain;
     let count = if is_one_block {
         check_block(&file, &first_page.layout, images)?;
@@ -78,13 +72,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     } else {
         full.len()
     };
-    let meaning = if is_imagej {
-        imagej_meaning(&directories, first, count, &first_page.layout)?
-    } else if ome::is_ome(&description) {
-        ome::meaning(&description, count, samples)?
-    } else {
-        shaped::meaning(&description, count, samples)
-    };
+    let meaning = meaning_of(&directories, first, count, &first_page.layout)?;
     let page_bytes = first_page.layout.page_bytes();
     let pages = |n: usize| {
         if is_one_block {
@@ -98,6 +86,32 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
         levels.push(directories.size(&directories.read(at)?)?);
     }
     stack(path, meaning, levels, overrides, pages)
+}
+
+/// How many images the first page's description speaks of, all of which may lie behind that page.
+fn images_of(description: &str, layout: &Layout) -> Parsed<u64> {
+    if description.starts_with(imagej::START) {
+        imagej::images(description)
+    } else {
+        Ok(shaped::images(description, layout))
+    }
+}
+
+/// What the first page's description says of so many pages.
+fn meaning_of(
+    directories: &Directories<'_>,
+    first: &Directory,
+    pages: usize,
+    layout: &Layout,
+) -> Parsed<Meaning> {
+    let description = directories.text(first, Tag::ImageDescription)?;
+    if description.starts_with(imagej::START) {
+        imagej_meaning(directories, first, pages, layout)
+    } else if ome::is_ome(&description) {
+        ome::meaning(&description, pages, layout.samples)
+    } else {
+        Ok(shaped::meaning(&description, pages, layout.samples))
+    }
 }
 
 /// Fails where the file is shorter than so many images that follow one another.
@@ -155,13 +169,8 @@ fn stack(
     let level = pick("level", overrides.level, sizes.len() as u32)?;
     let pages = pages_of(&meaning, channel, time, page)?;
     let layout = pages[0].layout;
-    if layout.samples > 1 && !layout.is_grey && overrides.channel.is_none() {
-        return Err(format!(
-            "is in colour: its pixels have {} values, expected 1; pick one with `--set \
-             volume.channel=0`",
-            layout.samples
-        )
-        .into());
+    if overrides.channel.is_none() {
+        check_grey(&layout)?;
     }
     let dims = [layout.size[0], layout.size[1], pages.len() as u32];
     check_promise(&pages, layout, dims)?;
@@ -186,18 +195,7 @@ fn stack(
     let source = source(path, pages, dims, channel % meaning.samples)?;
     let mut notes = [storage.notes(), meaning.notes].concat();
     notes.extend(of_size);
-    if layout.is_white_zero {
-        notes.push("the file says that 0 is white; its values are taken as they are".into());
-    }
-    if layout.has_palette {
-        notes.push(
-            "the file shows its values in the colours of a palette; they are taken as they are"
-                .into(),
-        );
-    }
-    if layout.is_turned {
-        notes.push("the file says that its pictures are turned or mirrored for display; they are taken as they are".into());
-    }
+    notes.extend(unheeded(&layout));
     Ok(Header {
         geometry: Ok((spacing, Orientation::UNKNOWN)),
         slope: meaning.slope,
@@ -206,6 +204,38 @@ fn stack(
         notes,
         ..Header::of_source(source, dims, layout.voxel_type, layout.endian)
     })
+}
+
+/// Fails for pixels in colour.
+fn check_grey(layout: &Layout) -> Parsed<()> {
+    if layout.samples > 1 && !layout.is_grey {
+        return Err(format!(
+            "is in colour: its pixels have {} values, expected 1; pick one with `--set \
+             volume.channel=0`",
+            layout.samples
+        ));
+    }
+    Ok(())
+}
+
+/// What is said of how the file wants its values to be shown.
+fn unheeded(layout: &Layout) -> impl Iterator<Item = String> {
+    let notes = [
+        (
+            layout.is_white_zero,
+            "the file says that 0 is white; its values are taken as they are",
+        ),
+        (
+            layout.has_palette,
+            "the file shows its values in the colours of a palette; they are taken as they are",
+        ),
+        (
+            layout.is_turned,
+            "the file says that its pictures are turned or mirrored for display; they are taken as they are",
+        ),
+    ];
+    let told = notes.into_iter().filter(|(is_so, _)| *is_so);
+    told.map(|(_, note)| note.to_string())
 }
 
 /// The slices of one channel at one time, all alike.

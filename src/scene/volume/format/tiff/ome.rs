@@ -75,17 +75,9 @@ pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning>
              files, or were never written; write the set as one file"
         ));
     }
-    let described = pixels.children().filter(|node| is(node, "Channel"));
-    let names = described.flat_map(|channel| {
-        let name = channel.attribute("Name").unwrap_or_default().to_string();
-        let others = match channel.attribute("SamplesPerPixel") {
-            Some(_) => samples as usize - 1,
-            None => 0,
-        };
-        // A name for each sample would be as many copies of it as a file likes.
-        once(name).chain(repeat_n(String::new(), others))
-    });
-    let names = names.take(channels.min(MOST_NAMES) as usize).collect();
+    let names = channel_names(&pixels, samples)
+        .take(channels.min(MOST_NAMES) as usize)
+        .collect();
     let sizes = [channels / samples, depth, times].map(|size| size as usize);
     let order = order(pixels.attribute("DimensionOrder").unwrap_or("XYZCT"), sizes)?;
     let places = places(&pixels, order, planes as usize, pages)?;
@@ -99,6 +91,20 @@ pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning>
         order,
         places,
         ..Meaning::stack(pages, samples)
+    })
+}
+
+/// The name of each channel, where a pixel has so many samples.
+fn channel_names(pixels: &Node, samples: u32) -> impl Iterator<Item = String> {
+    let described = pixels.children().filter(|node| is(node, "Channel"));
+    described.flat_map(move |channel| {
+        let name = channel.attribute("Name").unwrap_or_default().to_string();
+        let others = match channel.attribute("SamplesPerPixel") {
+            Some(_) => samples as usize - 1,
+            None => 0,
+        };
+        // A name for each sample would be as many copies of it as a file likes.
+        once(name).chain(repeat_n(String::new(), others))
     })
 }
 
