@@ -72,34 +72,8 @@ impl SceneFile {
         let table = &self.camera;
         let projection = self.projection()?;
         let target = self.triple("camera.target", table.target.unwrap_or([0.0; 3]), FINITE)?;
-        let towards_eye = match (table.eye, table.view) {
-            (Some(_), Some(_)) => {
-                let both = "found together with eye, expected one of them";
-                return Err(self.origins.error("camera.view", both));
-            }
-            (Some(eye), None) => {
-                let eye = self.triple("camera.eye", eye, FINITE)?;
-                if eye == target {
-                    let same = "found the same point as target, expected a point to look from";
-                    return Err(self.origins.error("camera.eye", same));
-                }
-                (DVec3::from(eye) - DVec3::from(target)).to_array()
-            }
-            (None, view) => self.side(view.unwrap_or(Side::default_for(axes)), axes)?,
-        };
-        let up = match table.up {
-            None => default_up(towards_eye, axes),
-            Some(up) => {
-                let (_, _) = self.direction("camera.up", up)?;
-                if parallel(up, towards_eye) {
-                    let found = format!(
-                        "found {up:?}, expected a direction that is not parallel to the view"
-                    );
-                    return Err(self.origins.error("camera.up", found));
-                }
-                up
-            }
-        };
+        let towards_eye = self.towards_eye(target, axes)?;
+        let up = self.up(towards_eye, axes)?;
         if let Some(eye) = table.eye {
             return Ok(Camera {
                 eye,
@@ -120,6 +94,38 @@ impl SceneFile {
             );
             Err(self.origins.error("camera.eye", missing))
         }
+    }
+
+    /// The direction from the target to the eye, of any length.
+    fn towards_eye(&self, target: [f64; 3], axes: Option<Axes>) -> Result<[f64; 3]> {
+        match (self.camera.eye, self.camera.view) {
+            (Some(_), Some(_)) => {
+                let both = "found together with eye, expected one of them";
+                Err(self.origins.error("camera.view", both))
+            }
+            (Some(eye), None) => {
+                let eye = self.triple("camera.eye", eye, FINITE)?;
+                if eye == target {
+                    let same = "found the same point as target, expected a point to look from";
+                    return Err(self.origins.error("camera.eye", same));
+                }
+                Ok((DVec3::from(eye) - DVec3::from(target)).to_array())
+            }
+            (None, view) => self.side(view.unwrap_or(Side::default_for(axes)), axes),
+        }
+    }
+
+    fn up(&self, towards_eye: [f64; 3], axes: Option<Axes>) -> Result<[f64; 3]> {
+        let Some(up) = self.camera.up else {
+            return Ok(default_up(towards_eye, axes));
+        };
+        let (_, _) = self.direction("camera.up", up)?;
+        if parallel(up, towards_eye) {
+            let found =
+                format!("found {up:?}, expected a direction that is not parallel to the view");
+            return Err(self.origins.error("camera.up", found));
+        }
+        Ok(up)
     }
 
     fn side(&self, view: Side, axes: Option<Axes>) -> Result<[f64; 3]> {
