@@ -4,27 +4,16 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use super::checkpointed_render::CheckpointedRender;
 use super::views::{Saved, Summed, View};
-use crate::cli::RenderArgs;
-use crate::engine::{Engine, Stop, Stopwatch};
+use crate::engine::{Engine, Stopwatch};
 use crate::error::Result;
 use crate::interrupt;
-use crate::output::{Continuation, Format, Outputs, say};
-use crate::scene::{Opened, Scene, describe};
+use crate::output::{Continuation, Outputs, say};
+use crate::scene::describe;
 use crate::shard::{
-    About, CacheFile, Fingerprint, Fingerprints, Found, Identity, Manner, Named, RunOf, Settings,
-    State,
+    About, CacheFile, Fingerprint, Fingerprints, Found, Identity, Manner, RunOf, Settings, State,
 };
-
-/// The render whose state is written.
-pub struct CheckpointedRender<'a> {
-    pub args: &'a RenderArgs,
-    pub opened: &'a Opened,
-    pub views: &'a [View],
-    pub stop: Stop,
-    /// Whether it is not known yet which variant is the fastest: a checkpoint would decide it for good.
-    pub is_variant_open: bool,
-}
 
 /// A checkpoint and the state of writing it.
 pub struct CheckpointWriter<'a> {
@@ -80,28 +69,8 @@ impl<'a> CheckpointWriter<'a> {
         engine: &mut Engine,
         mut fingerprints: Fingerprints,
     ) -> Result<CheckpointWriter<'a>> {
-        let CheckpointedRender { opened, views, .. } = render;
-        let volume = &fingerprints.volume;
-        let (identity, text) = identified(engine, opened, &opened.scene, volume)?;
-        let number = found.state().map_or(1, |state| state.picture);
-        let view = views.get(number.saturating_sub(1) as usize);
-        let scene = view.map_or(&opened.scene, |view| &view.scene);
-        let (picture, picture_text) = identified(engine, opened, scene, volume)?;
-        let is_png = |file: &PathBuf| matches!(Format::of(file), Ok(Format::Png));
-        let has_pngs = views.iter().flat_map(|view| &view.files).any(is_png);
-        let manner = Manner::of(&render.stop, &opened.scene.render, has_pngs);
-        let wanted = |identity, scene| Named {
-            name: "this render",
-            identity,
-            scene,
-        };
-        found.check(
-            &wanted(&picture, &picture_text),
-            &wanted(&identity, &text),
-            &render.stop,
-            &manner,
-            views.len(),
-        )?;
+        let manner = render.manner();
+        let identity = render.check(&found, &manner, engine, &fingerprints.volume)?;
         let paths_before = engine.paths();
         found.restore_cache(engine)?;
         let restored_paths = engine.paths().saturating_sub(paths_before);
@@ -366,17 +335,6 @@ fn name_of(file: &Path) -> String {
         .unwrap_or_default()
         .to_string_lossy()
         .into_owned()
-}
-
-/// The identity of pictures of a scene, and the scene's text.
-fn identified(
-    engine: &Engine,
-    opened: &Opened,
-    scene: &Scene,
-    volume: &str,
-) -> Result<(Identity, String)> {
-    let text = describe(&opened.file, &opened.volume, scene);
-    Ok((Identity::of(engine, scene, &text, volume)?, text))
 }
 
 /// Returns whether a checkpoint was written. An error of its file is only reported: a disk that is full now may have room

@@ -2,6 +2,7 @@
 
 mod bench;
 mod checkpoint;
+mod checkpointed_render;
 mod clock;
 mod info;
 mod merge;

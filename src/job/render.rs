@@ -3,7 +3,8 @@
 use std::cmp::Ordering;
 use std::time::Duration;
 
-use super::checkpoint::{CheckpointWriter, CheckpointedRender, Earlier};
+use super::checkpoint::{CheckpointWriter, Earlier};
+use super::checkpointed_render::CheckpointedRender;
 use super::clock::Clock;
 use super::interruptible;
 use super::preparation::{make_engine, open};

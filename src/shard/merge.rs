@@ -186,13 +186,6 @@ fn joined(shards: &[Shard<'_>]) -> Result<Vec<SampleRange>> {
 
 /// The mean of all samples, and the spread of all units around it. Everything else is that of the first shard.
 fn fold(first: &Shard<'_>, others: &[Shard<'_>]) -> Result<(Picture, Sums)> {
-    let double = |texels: &[[f32; 4]]| -> Vec<[f64; 4]> {
-        texels.iter().map(|texel| texel.map(f64::from)).collect()
-    };
-    let single = |texels: &[[f64; 4]]| -> Vec<[f32; 4]> {
-        let single = |texel: &[f64; 4]| texel.map(|x| x as f32);
-        texels.iter().map(single).collect()
-    };
     let Pixels { mut picture, sums } = Pixels::read(first.path, &first.header)?;
     let [width, _] = first.header.identity.size;
     let (mut count, mut units) = (f64::from(first.header.count()), first.header.units);
@@ -238,6 +231,14 @@ fn fold(first: &Shard<'_>, others: &[Shard<'_>]) -> Result<(Picture, Sums)> {
     };
     picture.show(&sums.mean);
     Ok((picture, sums))
+}
+
+fn double(texels: &[[f32; 4]]) -> Vec<[f64; 4]> {
+    texels.iter().map(|texel| texel.map(f64::from)).collect()
+}
+
+fn single(texels: &[[f64; 4]]) -> Vec<[f32; 4]> {
+    texels.iter().map(|texel| texel.map(|x| x as f32)).collect()
 }
 
 /// All fillings, each once.

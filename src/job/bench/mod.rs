@@ -172,20 +172,24 @@ impl Bench<'_> {
         self.outputs.exr(&self.folder.file(name), picture, from)
     }
 
+    /// A reference for pictures that a cache shows at once; `None` without one, or after an interruption.
+    fn reference_of_centres(&mut self, subject: &Subject) -> Result<Option<Reference>> {
+        if !subject.has_cache() || is_interrupted() {
+            return Ok(None);
+        }
+        match Reference::render(self, subject, Rays::Centres) {
+            Err(Error::Interrupted) => Ok(None),
+            rendered => rendered.map(Some),
+        }
+    }
+
     /// All variants of one subject.
     fn measure(&mut self, subject: &Subject, given: Option<&LinearImage>) -> Result<SubjectReport> {
         let reference = match given {
             Some(image) => Reference::given(image, self)?,
             None => Reference::render(self, subject, Rays::Anywhere)?,
         };
-        let centres = if subject.has_cache() && !is_interrupted() {
-            match Reference::render(self, subject, Rays::Centres) {
-                Err(Error::Interrupted) => None,
-                rendered => Some(rendered?),
-            }
-        } else {
-            None
-        };
+        let centres = self.reference_of_centres(subject)?;
         let references = References {
             picture: &reference,
             centres: centres.as_ref(),
