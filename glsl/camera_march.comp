@@ -108,7 +108,7 @@ void pick(inout Picked picked, MarchStep s, float weight, float taken_before, Ta
             picked.albedo[k] = mix(picked.albedo[k], s.albedo, bvec3(here[k]));
         }
     }
-    if (has_tails()) {
+    if (has_tails) {
         bool is_tail = u.y * taken.weight < weight;
         picked.tail_t = is_tail ? points.x : picked.tail_t;
         // The step's mean albedo: the transfer function's colour at the picked point may belong to opacity 0.
@@ -143,7 +143,7 @@ void read_light(Ray ray, Taken taken, Picked picked, vec3 suns_here, inout Front
     CachedLight light = read_cache(cube);
     // Which nodes are in sight is measured with few rays; another ray may pass beside a surface that stops these,
     // and read a node that was not in sight, whose light is a guess.
-    if (is_left_to_paths(cube) || has_tails() && !light.known) {
+    if (is_left_to_paths(cube) || has_tails && !light.known) {
         Tail tail = Tail(picked.tail_t, taken.weight, COLLISION, packed_albedo(picked.tail_albedo));
         leave_to_paths(front, tail, random);
     } else {
@@ -294,7 +294,7 @@ void main() {
     }
     count_lookups();
     imageStore(unit_sum, texel, vec4(front.radiance, 1.0 - front.transmittance));
-    if (has_tails()) {
+    if (has_tails) {
         tails.at[position] = front.tail;
     }
 }

@@ -48,6 +48,8 @@ specialization! {
         pub flux_columns: uint,
         /// A dense medium may end at a face of the box, at a clip plane or between two voxels (`rim_cubes.comp`).
         pub has_rim_cubes: bool,
+        /// The march of a picture at rest may leave light to paths (`tail_tracking.comp`).
+        pub has_tails: bool,
         /// Bits of a voxel on the GPU.
         pub volume_bits: uint,
         /// The volume is cut into bricks, and not all of them are on the GPU.
@@ -107,10 +109,5 @@ impl Features {
     /// Whether a picture at rest leaves the light of some of the cache's cubes to paths (`is_left_to_paths` in cache.glsl).
     pub fn leaves_cubes_to_paths(&self) -> bool {
         self.has_rim_cubes || self.full_light
-    }
-
-    /// Whether the march of a picture at rest may leave light to paths (`tail_tracking.comp`).
-    pub fn has_tails(&self) -> bool {
-        self.is_marched() && (self.surface_count > 0 || self.has_rim_cubes)
     }
 }

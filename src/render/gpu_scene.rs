@@ -130,6 +130,8 @@ impl GpuScene {
         }
         surfaces.require(&mut features);
         view.require(&mut features);
+        features.has_tails =
+            features.is_marched() && (features.surface_count > 0 || features.has_rim_cubes);
         let has_cache = features.first_cached_collision > 0;
         features.suns_differ = has_cache
             && lights.suns.len() > 1

@@ -48,7 +48,7 @@ impl CameraMarch {
         // The shader of paths takes longer to compile than that of the march.
         let (tails, pass) = rayon::join(
             || {
-                if passes.features.has_tails() {
+                if passes.features.has_tails {
                     TailTracking::new(passes).map(Some)
                 } else {
                     Ok(None)

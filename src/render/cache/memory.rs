@@ -92,7 +92,7 @@ impl CacheMemory {
                 bytes_of::<Reflectance>(angles),
             )?,
             tails: if_needed(
-                features.has_tails(),
+                features.has_tails,
                 "tails",
                 tail_bytes(scene.parts.view.size),
             )?,
