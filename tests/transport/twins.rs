@@ -1,14 +1,17 @@
 //! Rules that stand in Rust and in GLSL, held against each other over their whole range.
 
 use fastrand::Rng;
+use glam::DVec3;
 use isolume::gpu::*;
 use isolume::output::display::display_value;
-use isolume::render::shared::{self, BRICK, GATHERED, MACROCELL};
+use isolume::render::shared::{self, BRICK, GATHERED, JUMP_DEPTH, MACROCELL, RIM_DEPTH};
 use isolume::render::{Batch, GpuScene, Renderer, ToneMapPush, Until, batch_gathers};
+use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
 use crate::support::common::*;
 use crate::support::fields::indexed_field;
+use crate::support::probe::NOTHING;
 
 const SIDE: u32 = 64;
 
@@ -96,40 +99,50 @@ fn majorants(renderer: &mut Renderer) -> Vec<f32> {
 
 /// Large parts of a scan have exactly this value.
 const BACKGROUND: f32 = -70.0;
+/// Least distance of points of the transfer function that are not one above the other.
+const APART: f32 = 15.0;
+
+/// Waves and noise. In half of the trials, all values are those of points of the transfer function, where rounding decides.
+fn waves(trial: usize, random: &mut Rng) -> Volume {
+    indexed_field([40, 33, 25], [1.0; 3], |[x, ..]| {
+        let wave = (0.13 * f64::from(x) + 0.2 * trial as f64).sin();
+        let above = (100.0 * wave + 4.0 * random.f64()) as f32 - BACKGROUND;
+        let steps = above.max(0.0) / APART;
+        BACKGROUND + APART * if trial % 2 == 1 { steps.round() } else { steps }
+    })
+}
+
+fn transfer(trial: usize, random: &mut Rng) -> Vec<TransferPoint> {
+    let background = f64::from(BACKGROUND);
+    let points = match trial / 2 {
+        // One ramp for all values, which begins at the background, and one that ends below the highest values.
+        0 => vec![(background, 0.0), (149.0, 1.0)],
+        1 => vec![(background, 1.0), (background + 150.0, 0.0)],
+        _ => {
+            let mut value = background - [45.0, 0.0][trial / 2 % 2];
+            let point = |_| {
+                // Some points share a value, which makes a step, and most of them are empty.
+                value += [0.0, f64::from(APART), 60.0][random.usize(0..3)];
+                (value, [0.0, 0.0, 0.0, 0.3, 1.0][random.usize(0..5)])
+            };
+            (0..6).map(point).collect()
+        }
+    };
+    let point = |(value, opacity)| TransferPoint {
+        value,
+        opacity,
+        color: [0.9; 3],
+    };
+    points.into_iter().map(point).collect()
+}
 
 /// The cache has memory where the CPU finds that a macrocell scatters, and paths collide where the GPU finds it.
 #[test]
 fn cpu_and_gpu_agree_on_where_the_medium_scatters() {
     let mut random = Rng::with_seed(3);
-    let dims = [40, 33, 25];
     let mut scattering = [0usize; 2];
-    for trial in 0..9usize {
-        let volume = indexed_field(dims, [1.0; 3], |[x, ..]| {
-            let wave = (0.13 * f64::from(x) + 0.2 * trial as f64).sin();
-            (100.0 * wave + 4.0 * random.f64()).max(f64::from(BACKGROUND)) as f32
-        });
-        let mut value = [-110.0, f64::from(BACKGROUND)][trial % 2];
-        let transfer = (0..6).map(|_| {
-            // Some points share a value, which makes a step, and half of them are empty.
-            value += [0.0, 15.0, 60.0][random.usize(0..3)];
-            let opacity = [0.0, 0.0, 0.3, 1.0][random.usize(0..4)];
-            TransferPoint {
-                value,
-                opacity,
-                color: [0.9; 3],
-            }
-        });
-        // One ramp for all values, which begins at the background.
-        let ramp =
-            [(f64::from(BACKGROUND), 0.0), (149.0, 1.0)].map(|(value, opacity)| TransferPoint {
-                value,
-                opacity,
-                color: [0.9; 3],
-            });
-        let transfer = match trial {
-            8 => ramp.to_vec(),
-            _ => transfer.collect(),
-        };
+    for trial in 0..36usize {
+        let volume = waves(trial, &mut random);
         let camera = Camera {
             eye: [0.0, 0.0, 90.0],
             target: [0.0; 3],
@@ -137,7 +150,7 @@ fn cpu_and_gpu_agree_on_where_the_medium_scatters() {
             projection: Projection::Perspective { fov_y: 30.0 },
         };
         let mut scene = empty_scene([8, 8], camera);
-        scene.medium = Some(Medium::isotropic(0.7, transfer));
+        scene.medium = Some(Medium::isotropic(0.7, transfer(trial, &mut random)));
         let device = device();
         let memory = Memory::new(&device, BUDGET).expect("memory");
         let scene = GpuScene::new(&scene, &volume, 1);
@@ -203,6 +216,116 @@ fn host_and_shader_agree_on_when_nodes_gather() {
         if before.2 > 0 {
             assert_eq!(gathers, lookups_per_path < 10.0, "after {} paths", before.2);
         }
+    }
+    assert_silent(&cached.device);
+}
+
+/// Whether the shader finds cubes of the cache at the rim of the medium.
+fn marks_rims(scene: GpuScene, volume: &Volume) -> bool {
+    let shaders = [
+        "node_tracking",
+        "cached_tracking",
+        "tail_tracking",
+        "camera_march",
+        "ray_march",
+    ]
+    .into_iter()
+    .fold(shaders(), |shaders, pass| {
+        shaders.with_file(&format!("{pass}.comp"), NOTHING)
+    });
+    let cached = empty_cache(device(), &shaders, volume, scene);
+    let rims = cached.cache().memory.rims.as_ref().expect("room for marks");
+    let memory = Memory::new(&cached.device, 1 << 22).expect("memory");
+    let mut frame = Frame::new(&cached.device).expect("a frame");
+    let desc = BufferDesc::host_cached("marks", rims.desc().bytes);
+    let marks = Buffer::new(&memory, desc).expect("a buffer");
+    let run = frame.run(|recording| recording.copy(rims, &marks));
+    run.expect("a copy");
+    assert_silent(&cached.device);
+    let words = marks.read_vec::<u32>(rims.desc().bytes as usize / 4);
+    words.into_iter().any(|word| word != 0)
+}
+
+/// A medium a little less and a little more dense than it is where rims begin: at a face of the box, at a clip plane, and between
+/// two voxels.
+#[test]
+fn host_and_shader_agree_on_when_a_medium_has_rims() {
+    const DIMS: [u32; 3] = [48; 3];
+    const SCALE: f64 = 0.5;
+    let spacing = [1.0, 0.6, 0.8];
+    let sides = DVec3::from(spacing) / SCALE;
+    let across = ClipPlane {
+        normal: sides.normalize().to_array(),
+        offset: 0.0,
+    };
+    let camera = Camera {
+        eye: [0.0, 0.0, 90.0],
+        target: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+        projection: Projection::Orthographic { height: 50.0 },
+    };
+    let rim = f64::from(RIM_DEPTH);
+    for (what, voxels, clips, least) in [
+        ("a face", 0..48, vec![], rim / sides.max_element()),
+        ("a plane", 16..32, vec![across], rim / sides.length()),
+        ("a jump", 16..32, vec![], f64::from(JUMP_DEPTH) / spacing[0]),
+    ] {
+        for has_rims in [false, true] {
+            let extinction = least * if has_rims { 1.01 } else { 0.99 };
+            let volume = indexed_field(DIMS, spacing, |voxel| {
+                let is_inside = voxel.iter().all(|i| voxels.contains(i));
+                if is_inside { extinction as f32 } else { 0.0 }
+            });
+            let scene = |largest_extinction: f64| {
+                let mut scene = empty_scene([8, 8], camera);
+                let points = [(0.0, 0.0), (largest_extinction, 1.0)];
+                let transfer = points.map(|(value, opacity)| TransferPoint {
+                    value,
+                    opacity,
+                    color: [0.9; 3],
+                });
+                scene.medium = Some(Medium::isotropic(largest_extinction, transfer.to_vec()));
+                scene.clips = clips.clone();
+                scene_with_cache(&scene, &volume, SCALE, CacheFormat::F32, 1)
+            };
+            let is_foreseen = scene(extinction).features().has_rim_cubes;
+            assert_eq!(is_foreseen, has_rims, "{what}, the host");
+            // No voxel is as dense as this transfer function allows, but the host lets the shader look.
+            assert_eq!(
+                marks_rims(scene(1.0), &volume),
+                has_rims,
+                "{what}, the shader"
+            );
+        }
+    }
+}
+
+/// The paths of a node come in parts, whose number the host picks and whose sizes the shader finds: together they are all of its
+/// paths.
+#[test]
+fn host_and_shader_agree_on_the_paths_in_a_part() {
+    let camera = Camera {
+        eye: [0.0, 0.0, 3.0],
+        target: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+        projection: Projection::Orthographic { height: 1.0 },
+    };
+    let mut scene = empty_scene([8, 8], camera);
+    scene.medium = Some(uniform_medium(1.0, 0.9, 0.0));
+    scene.lights.environment.radiance = [1.0; 3];
+    let volume = constant_field(1.0, [7; 3], [1.0 / 7.0; 3]);
+    let mut cached = cached(&scene, &volume, 1.0, CacheFormat::F32, 0, 1);
+    cached.caching().serve_all_views();
+    // From then on all nodes of a brick get the same number of paths.
+    cached.fill(GATHERED);
+    let nodes = cached.cache().memory.layout.active_nodes();
+    // In the last batch, parts are larger than usual, since there would be too many.
+    for paths in [1, 9, 17, 521] {
+        let before = cached.cache().work.paths;
+        let batch = cached.caching().batch(Batch::Paths(paths), Until::NEVER);
+        assert!(batch.expect("a batch"));
+        let traced = cached.cache().work.paths - before;
+        assert_eq!(traced, nodes * u64::from(paths), "{paths} a node");
     }
     assert_silent(&cached.device);
 }

@@ -33,7 +33,7 @@ pub struct CacheMemory {
     /// `None` where no surface stops light.
     pub cuts: Option<Buffer>,
     /// For each place, a bit a cube: whether it is at the rim; `None` where there can be none.
-    pub(super) rims: Option<Buffer>,
+    pub rims: Option<Buffer>,
     pub(super) work: WorkMemory,
     /// A table for each surface; `None` where there are only Lambert surfaces, which need none.
     reflectance: Option<Buffer>,
