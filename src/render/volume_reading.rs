@@ -100,7 +100,7 @@ impl Resources {
     /// Works without waiting for bricks: other voxels stand in for those that are missing, of which some are brought afterwards.
     /// All passes of the work must have read the volume by [`run_slice`](Resources::run_slice) or
     /// [`record_reading`](Resources::record_reading).
-    pub fn preview<T>(
+    pub fn without_waiting<T>(
         &self,
         frame: &mut Frame,
         work: impl FnOnce(&mut Frame) -> Result<T>,

@@ -143,7 +143,7 @@ impl Caching<'_> {
     pub fn march_at_once(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
         *self.under_way = UnderWay::Nothing;
         let (r, cache, tone_map) = (&*self.r, &*self.cache, self.tone_map);
-        r.preview(self.frame, |frame| {
+        r.without_waiting(self.frame, |frame| {
             let admission = match &r.bricks {
                 Some(bricks) => bricks.begin_pixels(frame)?,
                 None => Admission::of_slots(),

@@ -370,7 +370,7 @@ impl Cache {
             return march(self, frame);
         }
         self.sight.view.is_preview |= r.bricks.is_some();
-        r.preview(frame, |frame| march(self, frame))
+        r.without_waiting(frame, |frame| march(self, frame))
     }
 
     fn end_batch(&mut self, batch: Batch, now: Measured) {
