@@ -7,12 +7,11 @@ use std::thread;
 use super::clock::Clock;
 use super::open_scene_timed;
 use crate::cli::RenderArgs;
-use crate::engine::{Host, Setup, Stop, Task, Trial, Tried};
+use crate::engine::{Choice, Host, Setup, Stop, Task, Trial, Tried};
 use crate::error::{Error, Location, Result};
 use crate::interrupt;
 use crate::output::say;
 use crate::output::stats::TRY_VARIANTS;
-use crate::render::{self, Choice};
 use crate::scene::volume::Volume;
 use crate::scene::{Opened, Scene, Variant};
 use crate::shard::{Fingerprints, Settings};
@@ -88,8 +87,14 @@ fn choose(args: &RenderArgs, setup: &Setup<'_>, before: Option<&Settings>) -> Re
         (args.samples.is_some(), "--samples"),
         (args.checkpoint.is_some(), "--checkpoint"),
     ] {
-        if is_given {
-            check_variant(&choice.plan.variant, flag)?;
+        if is_given && !choice.plan.variant.has_samples() {
+            return Err(Error::input(
+                Location::flag(flag),
+                format!(
+                    "the variant \"{}\" has no samples by number; use another one",
+                    choice.plan.variant.word()
+                ),
+            ));
         }
     }
     Ok(choice)
@@ -111,15 +116,4 @@ fn compile<'a>(
         let walked = walk.map(|walk| walk.join().unwrap_or_else(|panic| resume_unwind(panic)));
         Ok((begun, walked.transpose()?))
     })
-}
-
-/// Fails for `published`, whose samples have no numbers.
-fn check_variant(variant: &render::Variant, flag: &str) -> Result<()> {
-    match variant {
-        render::Variant::Published => Err(Error::input(
-            Location::flag(flag),
-            "the variant \"published\" has no samples by number; use another one",
-        )),
-        _ => Ok(()),
-    }
 }

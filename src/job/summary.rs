@@ -11,7 +11,6 @@ use crate::gpu::Timings;
 use crate::interrupt;
 use crate::output::stats::{Continued, Stats, ViewStats};
 use crate::output::{Outputs, say, time_table};
-use crate::render;
 use crate::scene::Variant;
 
 /// A picture that has samples, and how it ended.
@@ -81,9 +80,10 @@ impl<'a> Summary<'a> {
             files: names(first.view, last.view),
             asked: engine.scene().render.variant,
             stats,
-            counted: match engine.choice().plan.variant {
-                render::Variant::Published => "updates per cell",
-                render::Variant::Caching(_) | render::Variant::NonCaching => "samples per pixel",
+            counted: if engine.choice().plan.variant.has_samples() {
+                "samples per pixel"
+            } else {
+                "updates per cell"
             },
             missing: *missing,
             is_interrupted: *is_interrupted,

@@ -33,6 +33,17 @@ impl Variant {
         }
     }
 
+    /// Whether a picture is the mean of samples, which have numbers. In `published`, an update of all cells counts as one, and
+    /// has none.
+    pub fn has_samples(&self) -> bool {
+        !matches!(self, Variant::Published)
+    }
+
+    /// Whether a picture differs from the truth by noise alone, so that those of other variants can be compared with it.
+    pub fn is_unbiased(&self) -> bool {
+        matches!(self, Variant::NonCaching)
+    }
+
     pub fn cache(&self) -> Option<&CacheLayout> {
         match self {
             Variant::Caching(layout) => Some(layout),

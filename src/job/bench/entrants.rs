@@ -6,9 +6,8 @@ use super::entrant_run::snapshot_file;
 use super::reference::Rays;
 use super::warm::new_view_file;
 use crate::cli::{BenchArgs, BenchVariant, message};
-use crate::engine::{Engine, Host};
+use crate::engine::{Choice, Engine, Host};
 use crate::error::{Error, Location, Result};
-use crate::render::{self, Choice};
 use crate::scene::Opened;
 use crate::scene::file::{SceneFile, ShadingModel};
 use crate::scene::volume::Volume;
@@ -107,7 +106,9 @@ impl Subject {
             }
         }
         // Non-caching comes first, since the others are compared with its pictures.
-        subject.entrants.sort_by_key(|e| !e.is_non_caching());
+        subject
+            .entrants
+            .sort_by_key(|e| !e.choice.plan.variant.is_unbiased());
         Ok(subject)
     }
 
@@ -168,10 +169,6 @@ impl Entrant {
         let mut engine = Engine::with_plan(host, volume, &self.scene, self.choice.clone(), seed)?;
         engine.warm_up()?;
         Ok(engine)
-    }
-
-    pub fn is_non_caching(&self) -> bool {
-        self.choice.plan.variant == render::Variant::NonCaching
     }
 
     /// The variant as a part of a file's name, which must not contain a colon.

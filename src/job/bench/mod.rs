@@ -210,7 +210,7 @@ impl Bench<'_> {
             }
             self.say(&format!("{}{}", subject.prefix, entrant.word));
             let (run, snapshots) = measure::measure(self, subject, entrant, references)?;
-            if entrant.is_non_caching() {
+            if entrant.choice.plan.variant.is_unbiased() {
                 uncached = snapshots;
             } else if !uncached.is_empty() {
                 similarity.push(measure::similarity(self, entrant, &uncached, &snapshots)?);
