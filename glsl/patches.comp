@@ -23,7 +23,7 @@ const float ROUNDING = 1e-6;
 struct View {
     vec2 low, high;  // in patches, from the upper left
     float near, far; // along rays
-    float least_depth, most_depth; // before the eye's plane
+    float least_depth, most_depth; // before the eye's plane, or the plane in which rays start
 };
 
 bool holds_something(ivec3 block) {
@@ -38,7 +38,7 @@ View view_of(vec3 from, vec3 to) {
         vec3 d = mix(from, to, notEqual(uvec3(corner) & uvec3(1u, 2u, 4u), uvec3(0u)));
         float depth = dot(d, scene.forward);
         vec2 film = vec2(dot(d, scene.right), -dot(d, scene.up)) / extent;
-        film = is_orthographic ? film : film / depth;
+        film = is_orthographic ? film : film / (depth + scene.start_distance);
         vec2 at = (0.5 + 0.5 * film) * float(PATCHES);
         view.low = min(view.low, at);
         view.high = max(view.high, at);
@@ -46,9 +46,10 @@ View view_of(vec3 from, vec3 to) {
         view.least_depth = min(view.least_depth, depth);
         view.most_depth = max(view.most_depth, depth);
     }
-    if (is_orthographic) {
+    if (is_orthographic || scene.start_distance > 0.0) {
+        float longest = is_orthographic ? 1.0 : length(scene.forward + scene.right + scene.up);
         view.near = max(0.0, view.least_depth);
-        view.far = view.most_depth;
+        view.far = longest * view.most_depth;
     }
     return view;
 }
@@ -65,18 +66,19 @@ void main() {
     if (any(greaterThanEqual(block, ivec3(scene.blocks))) || !holds_something(block)) {
         return;
     }
-    vec3 from = to_world(vec3(block) * scene.block_size) - scene.eye;
-    vec3 to = to_world(vec3(block + 1) * scene.block_size) - scene.eye;
+    vec3 from = to_world(vec3(block) * scene.block_size) - scene.start;
+    vec3 to = to_world(vec3(block + 1) * scene.block_size) - scene.start;
     View view = view_of(from, to);
     if (view.most_depth <= 0.0) {
         return;
     }
-    if (!is_orthographic && view.least_depth <= ROUNDING * view.far) {
+    float nearest = view.least_depth + scene.start_distance;
+    if (!is_orthographic && nearest <= ROUNDING * view.far) {
         note(WHOLE_PICTURE, view); // the eye's plane cuts it: it has no outline
         return;
     }
     float side = 2.0 * min(length(scene.right), length(scene.up)) / float(PATCHES);
-    float margin = 1e-3 + ROUNDING * view.far / (is_orthographic ? side : side * view.least_depth);
+    float margin = 1e-3 + ROUNDING * view.far / (is_orthographic ? side : side * nearest);
     ivec2 first = max(ivec2(floor(clamp(view.low - margin, -1.0, float(PATCHES)))), 0);
     ivec2 last = min(ivec2(floor(clamp(view.high + margin, -1.0, float(PATCHES)))), PATCHES - 1);
     for (int y = first.y; y <= last.y; ++y) {

@@ -14,20 +14,20 @@ vec2 marched_point(Random random) {
     return point_in_pixel(unit_intervals(sobol_words(random, direction_pairs(0u))).xy);
 }
 
-// A ray through the picture at p, in pixels from its upper left corner, between two world distances from the eye (or its
-// plane), and within the box. `entry` is the distance at which it begins: the ray's own t starts there, so that a
-// distant eye costs it no digits. The ray as a whole is off by up to 6e-8 of the eye's distance. Misses have t_end < 0.
+// A ray through the picture at p, in pixels from its upper left corner, between two world distances from where rays start,
+// and within the box. `entry` is the eye's distance to where it begins: the ray's own t starts there, so that a distant eye
+// costs it no digits. The ray as a whole is off by up to 6e-8 of the distance from where rays start. Misses have t_end < 0.
 Ray camera_ray_within(vec2 p, vec2 reach, out float entry, out float t_end) {
     vec2 film = vec2(2.0, -2.0) * p / vec2(scene.size) + vec2(-1.0, 1.0);
     vec3 across = film.x * scene.right + film.y * scene.up;
-    vec3 eye = is_orthographic ? scene.eye + across : scene.eye;
-    vec3 direction = normalize(is_orthographic ? scene.forward : scene.forward + across);
-    Ray ray = make_ray(to_grid(eye), direction);
+    vec3 start = scene.start + (is_orthographic ? across : scene.start_distance * across);
+    vec3 ahead = is_orthographic ? scene.forward : scene.forward + across;
+    Ray ray = make_ray(to_grid(start), normalize(ahead));
     vec2 span = clip_ray(ray, reach.x);
     span.y = min(span.y, reach.y);
-    entry = span.x;
+    entry = scene.start_distance * length(ahead) + span.x;
     t_end = span.x < span.y ? span.y - span.x : -1.0;
-    ray.origin = clamp(fma(vec3(entry), ray.step, ray.origin), vec3(0.5), vec3(scene.dims) + 0.5);
+    ray.origin = clamp(fma(vec3(span.x), ray.step, ray.origin), vec3(0.5), vec3(scene.dims) + 0.5);
     return ray;
 }
 

@@ -58,8 +58,10 @@ shared! {
         pub size: uvec2,
         /// Not 0: rays go through the middle of each pixel.
         pub through_centres: uint,
-        /// Position of the camera in world space.
-        pub eye: vec3,
+        /// Where the camera's rays start, in world space: the eye, or a point ahead of it at that distance (`parts/view.rs`). Those
+        /// of a perspective camera then start in the plane through that point.
+        pub start: vec3,
+        pub start_distance: float,
         /// Unit direction into the picture.
         pub forward: vec3,
         /// From the picture's centre to its right edge, at distance 1 (perspective) or in world

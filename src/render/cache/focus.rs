@@ -31,7 +31,7 @@ pub fn longest_stride(scene: &GpuScene) -> Option<u32> {
     let farthest = if scene.parts.view.is_orthographic {
         1.0
     } else {
-        length(c.eye) + length(c.half_extent)
+        length(c.start) + c.start_distance + length(c.half_extent)
     };
     let pixel = 2.0 * length(c.up) * farthest / c.size[1] as f32;
     Some((brick / pixel) as u32).filter(|&stride| stride > 0)

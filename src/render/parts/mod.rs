@@ -13,6 +13,8 @@ mod surfaces;
 mod transfer_table;
 mod view;
 
+use glam::DVec3;
+
 use crate::scene::volume::{StoredType, Volume};
 use crate::scene::{self, CacheFormat, CacheScale, ClipPlane, Scene, Tone, Variant};
 
@@ -95,13 +97,14 @@ impl Parts {
             camera,
             render,
         } = scene;
+        let radius = 0.5 * DVec3::from(volume.extent()).length();
         Parts {
             field,
             medium: Medium::new(medium.as_ref(), volume),
             lights,
             surfaces: Surfaces::new(surfaces, volume),
             clips: clips.iter().map(clip).collect(),
-            view: View::new(camera, render.size),
+            view: View::new(camera, render.size, radius),
             background: render.background,
             max_bounces: render.max_bounces,
             request: Request {

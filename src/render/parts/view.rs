@@ -10,7 +10,11 @@ use crate::scene::{Camera, Projection};
 pub struct View {
     /// In pixels.
     pub size: [u32; 2],
-    pub eye: [f32; 3],
+    /// Where rays start: the eye, or, if it is far away, the point straight ahead of it just before the box. In single precision,
+    /// rays from there are off by less.
+    pub start: [f32; 3],
+    /// From the eye to `start`.
+    pub start_distance: f32,
     /// Unit direction into the picture.
     pub forward: [f32; 3],
     /// From the picture's centre to its right edge, at distance 1 (perspective) or in world units
@@ -24,8 +28,11 @@ pub struct View {
 }
 
 impl View {
-    pub fn new(camera: &Camera, size: [u32; 2]) -> View {
+    /// `radius` is that of a ball around the box.
+    pub fn new(camera: &Camera, size: [u32; 2], radius: f64) -> View {
         let [forward, right, up] = camera.basis();
+        let eye = DVec3::from(camera.eye);
+        let start_distance = start_distance(-eye.dot(forward), radius);
         let half_height = match camera.projection {
             Projection::Perspective { fov_y } => (0.5 * fov_y.to_radians()).tan(),
             Projection::Orthographic { height } => 0.5 * height,
@@ -33,7 +40,8 @@ impl View {
         let half_width = half_height * f64::from(size[0]) / f64::from(size[1]);
         View {
             size,
-            eye: DVec3::from(camera.eye).as_vec3().to_array(),
+            start: (eye + start_distance * forward).as_vec3().to_array(),
+            start_distance: start_distance as f32,
             forward: forward.as_vec3().to_array(),
             right: (right * half_width).as_vec3().to_array(),
             up: (up * half_height).as_vec3().to_array(),
@@ -51,5 +59,17 @@ impl View {
     /// those of `size` a little.
     pub fn with_size(self, size: [u32; 2]) -> View {
         View { size, ..self }
+    }
+}
+
+/// From an eye that has the box's centre at a depth of `depth` to where rays start.
+fn start_distance(depth: f64, radius: f64) -> f64 {
+    /// Nearer than so many times the radius, an eye costs rays less than a thousandth of a voxel.
+    const FAR: f64 = 4.0;
+    let before_box = depth - 1.01 * radius;
+    if before_box > FAR * radius {
+        before_box
+    } else {
+        0.0
     }
 }
