@@ -11,7 +11,7 @@ struct Classified {
     float value;
     int point; // from which to interpolate to the next; -1 below the first, the last one beyond it
     vec4 color; // and opacity in a
-    vec4 area; // integral over values up to this one of opacity times colour and, in a, of opacity
+    vec4 area; // integral over values from the middle point to this one of opacity times colour and, in a, of opacity
     vec2 segment; // the values around this one between which the function is linear
     vec4 low, high; // colour and opacity at these values
 };
@@ -67,7 +67,7 @@ vec4 mean_between(Classified a, Classified b) {
     const float LEAST_SHARE = 1e-4; // Of smaller differences between areas too few digits are left.
     vec4 mean = mean_of_line(a.color, b.color);
     float range = b.value - a.value;
-    if (!is_linear && has_points(a, b) && abs(range) > LEAST_SHARE * max(a.area.a, b.area.a)) {
+    if (!is_linear && has_points(a, b) && abs(range) > LEAST_SHARE * max(abs(a.area.a), abs(b.area.a))) {
         mean = clamp((b.area - a.area) / range, 0.0, 1.0); // rounding may leave the range
     }
     return mean;

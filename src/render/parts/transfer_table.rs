@@ -18,7 +18,7 @@ pub fn transfer_extent(points: usize) -> [u32; 2] {
 impl Medium {
     /// The texels of the transfer function's image, row after row; none in vacuum. The first row has a column for each point,
     /// of which the last stands twice: value, 1 / (distance to the next value), opacity and the next point's opacity. The
-    /// second row has the colours and, in its last component, the integral of opacity over values from the first point to
+    /// second row has the colours and, in its last component, the integral of opacity over values from the middle point to
     /// this one; the third row has the integral of opacity times colour. The fourth has a column for each bin of values:
     /// the first point that a value in it may be interpolated from, and how many there are.
     pub fn transfer_texels(&self) -> Vec<[f32; 4]> {
@@ -109,8 +109,9 @@ impl Medium {
         }
     }
 
-    /// ∫ opacity · colour and, last, ∫ opacity over values from the first point to each point, of which the last stands
-    /// twice.
+    /// ∫ opacity · colour and, last, ∫ opacity over values from the middle one of all points to each point, of which the last
+    /// stands twice. Differences between integrals have the most digits where these are small: that is where points are close
+    /// together, even if the data go on far beyond, as where a number stands for missing values.
     fn opacity_integrals(&self) -> Vec<[f64; 4]> {
         let mut sum = [0.0; 4];
         let mut integrals: Vec<[f64; 4]> = self.transfer.first().map(|_| sum).into_iter().collect();
@@ -126,7 +127,9 @@ impl Medium {
             integrals.push(sum);
         }
         integrals.extend(integrals.last().copied());
-        integrals
+        let middle = integrals.get(self.transfer.len() / 2).copied().unwrap_or(sum);
+        let from_middle = |integral: [f64; 4]| std::array::from_fn(|i| integral[i] - middle[i]);
+        integrals.into_iter().map(from_middle).collect()
     }
 }
 
