@@ -127,8 +127,9 @@ impl Medium {
             integrals.push(sum);
         }
         integrals.extend(integrals.last().copied());
-        let middle = integrals.get(self.transfer.len() / 2).copied().unwrap_or(sum);
-        let from_middle = |integral: [f64; 4]| std::array::from_fn(|i| integral[i] - middle[i]);
+        let middle = self.transfer.len() / 2;
+        let origin = integrals.get(middle).copied().unwrap_or(sum);
+        let from_middle = |integral: [f64; 4]| std::array::from_fn(|i| integral[i] - origin[i]);
         integrals.into_iter().map(from_middle).collect()
     }
 }
