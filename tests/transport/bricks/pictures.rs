@@ -131,6 +131,10 @@ fn an_anisotropic_cache_waits_for_bricks() {
 /// As where the memory has room for more than one allocation: bricks move between images, or all of them are there.
 #[test]
 fn bricks_lie_in_several_images() {
+    if device().summary.extra_images == 0 {
+        println!("the device lets a pass read no more than one image of the volume");
+        return;
+    }
     let scene = scene(0.0, Some(LightModel::Full));
     assert_same_in(&scene, None, &[(9, 3), (27, 4)]);
     assert_same_in(&scene, Some(0.25), &[(16, 2)]);
