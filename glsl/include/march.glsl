@@ -26,6 +26,9 @@ const float OPTICAL_DEPTH_PER_LINEAR_STEP = 1.0;
 const float LEAST_VOXELS_PER_STEP = 1e-3;
 const float LEAST_SHARE_PER_STEP = 2e-7;
 
+// Half of the length, in voxels, below which a step is taken as straight in any field.
+const float HALF_OF_STRAIGHT = 1e-3;
+
 // Factor on the length of steps for a picture in motion: they are longer, or end at the sides of larger cells.
 float step_scale = 1.0;
 
@@ -138,7 +141,8 @@ void adapt(Ray ray, float from, Classified begin, inout March march, inout Mediu
 
 // The part of a step, from its beginning on, in which the field is so straight that the medium's mean can be taken between the
 // values at its ends. `middle` is the value half way. How far a part of a curve is off a straight line falls with the square
-// of that part.
+// of that part. The caller ends this where a field is so steep, as beside a number for missing values, that no part of a step is
+// straight.
 float straight_part(Classified begin, Classified end, float middle) {
     const float LEAST = 0.25;
     const float OFF = 0.05; // of a segment of the transfer function
@@ -180,7 +184,7 @@ Medium medium_in_step(Ray ray, float from, inout Classified begin, inout March m
         return Medium(scene.density * mean, scene.color);
     }
     float part = 1.0;
-    bool is_straight = is_in_motion();
+    bool is_straight = is_in_motion() || dot(half_way, half_way) < HALF_OF_STRAIGHT * HALF_OF_STRAIGHT;
     LOOP {
         march.end = classify(value_in(corners, end - cell + 2.0 * (part - 1.0) * half_way));
         float straight = straight_part(begin, march.end, middle_value);

@@ -157,6 +157,31 @@ fn a_narrow_tent_seen_aslant_through_noise() {
     assert!(rms < 0.06, "{rms:.4}");
 }
 
+/// A number that stands for missing values in the half of the volume that rays come through: the field leaves the medium so steeply
+/// that the part of a cell in which it is straight is shorter than a step that a ray can make.
+#[test]
+fn medium_behind_missing_values() {
+    let error = |fill: f32| {
+        let volume = indexed_field(DIMS, [VOXEL; 3], |voxel| {
+            let [x, y, z] = voxel.map(|i| i as f32);
+            if x + y + z > 36.0 {
+                fill
+            } else {
+                20.0 + x + y + z
+            }
+        });
+        let points = [(0.0, 0.0), (50.0, 1.0), (60.0, 1.0), (60.0, 0.0)];
+        let scene = absorbing_scene(absorbing(2.0, &points), orthographic([3.0, 2.2, 2.8], 1.0));
+        let exact = transmittances(&scene, &volume, scene.render.size[0]);
+        let film = through_centres(&mut cached(&scene, &volume, 0.5, CacheFormat::F16, 1, 1), 1);
+        root_mean_square(&film.mean, &exact)
+    };
+    for fill in [1e20, 1e7, -1e7] {
+        let rms = error(fill);
+        assert!(rms < 2e-3, "{fill:e}: {rms}");
+    }
+}
+
 /// A CPU's driver ends all loops of a thread after 65535 iterations, those of searches in the transfer function included.
 #[test]
 fn many_steps_through_a_transfer_function_of_many_points() {
