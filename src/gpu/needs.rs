@@ -230,11 +230,11 @@ fn features(instance: &Instance, physical: vk::PhysicalDevice) -> [Need; 9] {
         )
         .or("a CPU fetches texels through its sampler"),
         presence(
-            "more images in a pass than 16",
+            "17 images in a pass",
             extra_images(&properties.limits, is_cpu) > 0,
-            "bricks of a volume in several allocations",
+            "a volume in bricks that takes several allocations",
         )
-        .or("bricks have one allocation"),
+        .or("all bricks of a volume are in one allocation"),
     ]
 }
 
