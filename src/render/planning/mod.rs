@@ -85,7 +85,7 @@ impl<'a> Planner<'a> {
         Err(Error::input(
             Location::default().with_key("medium.transfer"),
             format!(
-                "found {points} points, expected at most {}, since images on {device} are {widest} texels wide at most",
+                "found {points} points at values of the volume, expected at most {}, since images on {device} are {widest} texels wide at most",
                 widest - 1
             ),
         ))

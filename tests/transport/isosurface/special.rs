@@ -48,6 +48,7 @@ fn isovalues_near_0_of_signed_integers_keep_their_digits() {
         words(sampled([12, 3, 3], |g| 32768.0 + g.x)),
     );
     volume.offset = -32768.0;
+    volume.range = volume.range.map(|value| value + volume.offset);
     for value in [2.7637, 8.002, 8.3379, 8.4629, 8.998] {
         let rays = rays_in(&volume).mixed(700);
         let found = follow(&volume, &[value], &rays, 1);
