@@ -176,11 +176,9 @@ fn cpu_and_gpu_agree_on_where_the_medium_scatters() {
     assert!(scattering.iter().all(|&count| count > 50));
 }
 
-/// A batch of which the host believes that it gathers takes fewer reads of the volume than one that does not.
-#[test]
-fn host_and_shader_agree_on_when_nodes_gather() {
-    // So wide that most cubes are not at the rim, whose paths do without the cache.
-    const SIDE: u32 = 6 * BRICK;
+/// A block of medium with sides of 1 under a white sky, and a cache that serves all views and is not filled yet. `side` is in
+/// voxels.
+fn lit_block(sigma_t: f64, albedo: f64, side: u32) -> Cached {
     let camera = Camera {
         eye: [0.0, 0.0, 3.0],
         target: [0.0; 3],
@@ -188,11 +186,20 @@ fn host_and_shader_agree_on_when_nodes_gather() {
         projection: Projection::Orthographic { height: 1.0 },
     };
     let mut scene = empty_scene([8, 8], camera);
-    scene.medium = Some(uniform_medium(40.0, 0.99, 0.0));
+    scene.medium = Some(uniform_medium(sigma_t, albedo, 0.0));
     scene.lights.environment.radiance = [1.0; 3];
-    let volume = constant_field(1.0, [SIDE; 3], [1.0 / f64::from(SIDE); 3]);
+    let volume = constant_field(1.0, [side; 3], [1.0 / f64::from(side); 3]);
     let mut cached = cached(&scene, &volume, 1.0, CacheFormat::F32, 0, 1);
     cached.caching().serve_all_views();
+    cached
+}
+
+/// A batch of which the host believes that it gathers takes fewer reads of the volume than one that does not.
+#[test]
+fn host_and_shader_agree_on_when_nodes_gather() {
+    // So wide that most cubes are not at the rim, whose paths do without the cache.
+    const SIDE: u32 = 6 * BRICK;
+    let mut cached = lit_block(40.0, 0.99, SIDE);
     for samples in [1, 1, 2, 4, 8, 15, 1, 1, GATHERED, 8] {
         let before = (
             cached.cache().work.paths,
@@ -306,18 +313,7 @@ fn host_and_shader_agree_on_when_a_medium_has_rims() {
 /// paths.
 #[test]
 fn host_and_shader_agree_on_the_paths_in_a_part() {
-    let camera = Camera {
-        eye: [0.0, 0.0, 3.0],
-        target: [0.0; 3],
-        up: [0.0, 1.0, 0.0],
-        projection: Projection::Orthographic { height: 1.0 },
-    };
-    let mut scene = empty_scene([8, 8], camera);
-    scene.medium = Some(uniform_medium(1.0, 0.9, 0.0));
-    scene.lights.environment.radiance = [1.0; 3];
-    let volume = constant_field(1.0, [7; 3], [1.0 / 7.0; 3]);
-    let mut cached = cached(&scene, &volume, 1.0, CacheFormat::F32, 0, 1);
-    cached.caching().serve_all_views();
+    let mut cached = lit_block(1.0, 0.9, 7);
     // From then on all nodes of a brick get the same number of paths.
     cached.fill(GATHERED);
     let nodes = cached.cache().memory.layout.active_nodes();
