@@ -144,7 +144,7 @@ fn meaning(first: &Path, pages: usize, layout: &Layout) -> Parsed<Meaning> {
     };
     let description = directories.text(page, Tag::ImageDescription)?;
     if description.starts_with(imagej::START) {
-        return imagej_meaning(&directories, page, pages, layout);
+        return imagej_meaning(&description, &directories, page, pages, layout);
     }
     let stack = Meaning::stack(pages, layout.samples);
     if !ome::is_ome(&description) {

@@ -72,7 +72,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     } else {
         full.len()
     };
-    let meaning = meaning_of(&directories, first, count, &first_page.layout)?;
+    let meaning = meaning_of(&description, &directories, first, count, &first_page.layout)?;
     let page_bytes = first_page.layout.page_bytes();
     let pages = |n: usize| {
         if is_one_block {
@@ -99,18 +99,18 @@ fn images_of(description: &str, layout: &Layout) -> Parsed<u64> {
 
 /// What the first page's description says of so many pages.
 fn meaning_of(
+    description: &str,
     directories: &Directories<'_>,
     first: &Directory,
     pages: usize,
     layout: &Layout,
 ) -> Parsed<Meaning> {
-    let description = directories.text(first, Tag::ImageDescription)?;
     if description.starts_with(imagej::START) {
-        imagej_meaning(directories, first, pages, layout)
-    } else if ome::is_ome(&description) {
-        ome::meaning(&description, pages, layout.samples)
+        imagej_meaning(description, directories, first, pages, layout)
+    } else if ome::is_ome(description) {
+        ome::meaning(description, pages, layout.samples)
     } else {
-        Ok(shaped::meaning(&description, pages, layout.samples))
+        Ok(shaped::meaning(description, pages, layout.samples))
     }
 }
 
@@ -128,19 +128,19 @@ fn check_block(file: &WatchedFile, layout: &Layout, images: u64) -> Parsed<()> {
 
 /// What ImageJ says of pages, in the description of the first of them.
 fn imagej_meaning(
+    description: &str,
     directories: &Directories<'_>,
     first: &Directory,
     pages: usize,
     layout: &Layout,
 ) -> Parsed<Meaning> {
-    let description = directories.text(first, Tag::ImageDescription)?;
     let resolution = [Tag::XResolution, Tag::YResolution];
     let [x, y] = resolution.map(|tag| directories.fraction(first, tag));
     let resolution = imagej::Resolution {
         pixels: [x?, y?],
         unit: directories.number(first, Tag::ResolutionUnit)?,
     };
-    imagej::meaning(&description, pages, layout, &resolution)
+    imagej::meaning(description, pages, layout, &resolution)
 }
 
 impl Directories<'_> {
