@@ -5,7 +5,7 @@ use serde_json::Value;
 use crate::folder::Folder;
 use crate::number::number;
 use crate::refusals::refused;
-use crate::text;
+use crate::{ended, text};
 
 const BENCH: &str = "bench ball.toml -o report --size 24x16";
 
@@ -188,6 +188,29 @@ fn a_reference_can_be_given_and_shading_models_compared() {
     for name in ["lambert.reference.exr", "phong.non-caching.0.1s.exr"] {
         folder.exr(&format!("report/{name}"));
     }
+}
+
+/// A variant that the user has not named may lack memory when it begins: hours of measurements are kept.
+#[test]
+fn what_lacks_memory_late_is_left_out_of_the_report() {
+    /// In one of the variants after the first, which the others are compared with.
+    const LATE: &str = "100";
+    let folder = Folder::new();
+    let mut command = folder.isolume(&format!("{BENCH} --seconds 0.1"));
+    let output = ended(command.env("ISOLUME_FAIL_ALLOCATION", LATE));
+    assert!(output.status.success(), "{output:?}");
+    let report = folder.json("report/report.json");
+    let subject = &report["subjects"][0];
+    let skipped: Vec<&str> = list(&subject["skipped"])
+        .iter()
+        .map(|why| why.as_str().expect("a reason"))
+        .collect();
+    let lacks_memory = |why: &&&str| why.contains("could not be allocated");
+    let [why] = skipped.iter().filter(lacks_memory).collect::<Vec<_>>()[..] else {
+        panic!("{skipped:?}");
+    };
+    assert!(!why.starts_with("non-caching"), "{why}");
+    assert_eq!(list(&subject["runs"])[0]["variant"], "non-caching");
 }
 
 #[test]

@@ -48,6 +48,10 @@ pub fn measure(
     let mut found = Vec::new();
     match settings.measure(&finest, &mut found) {
         Ok(()) | Err(Error::Interrupted) => Ok(found),
+        Err(why @ Error::Memory(_)) => {
+            skipped.push(format!("cache settings: {}", message(&why)));
+            Ok(found)
+        }
         Err(other) => Err(other),
     }
 }

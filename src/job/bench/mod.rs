@@ -23,7 +23,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use super::{interruptible, open_scene};
-use crate::cli::BenchArgs;
+use crate::cli::{BenchArgs, message};
 use crate::compare::LinearImage;
 use crate::engine::{Host, Peak, Picture, Progress, Run, Stop};
 use crate::error::{Error, Result};
@@ -202,14 +202,22 @@ impl Bench<'_> {
             if is_interrupted() {
                 break;
             }
-            if self.args.variants().is_empty()
+            if self.may_skip(entrant)
                 && let Err(why) = self.in_time(entrant, &runs)
             {
                 skipped.push(why);
                 continue;
             }
             self.say(&format!("{}{}", subject.prefix, entrant.word));
-            let (run, snapshots) = measure::measure(self, subject, entrant, references)?;
+            let measured = measure::measure(self, subject, entrant, references);
+            let (run, snapshots) = match measured {
+                // What was measured before is worth a report all the same.
+                Err(why @ Error::Memory(_)) if self.may_skip(entrant) => {
+                    skipped.push(format!("{}: {}", entrant.word, message(&why)));
+                    continue;
+                }
+                measured => measured?,
+            };
             if entrant.choice.plan.variant.is_unbiased() {
                 uncached = snapshots;
             } else if !uncached.is_empty() {
@@ -260,6 +268,12 @@ impl Bench<'_> {
             say(folder.file(PAGE).display());
         }
         Ok(())
+    }
+
+    /// Whether the report may do without a variant, and say why: the user has not named it, and it is not what the others are
+    /// compared with.
+    fn may_skip(&self, entrant: &Entrant) -> bool {
+        self.args.variants().is_empty() && !entrant.choice.plan.variant.is_unbiased()
     }
 
     /// Whether each node of a cache can have a path before the last of the given times, at the speed of the caches so
