@@ -10,7 +10,7 @@ use super::image::Image;
 use super::pass::{Binding, Pass};
 use super::recording::Recording;
 use super::reflection::Resource;
-use super::slices::{SLICE_MS, Slices};
+use super::slices::{Rows, SLICE_MS, Slices};
 use crate::error::Result;
 
 impl<'r> Recording<'_, 'r> {
@@ -119,39 +119,64 @@ impl<'r> Recording<'_, 'r> {
     }
 }
 
+/// Everything that a pass needs in order to run slice after slice.
+pub struct Dispatch<'r, P> {
+    pub pass: &'r Pass,
+    pub bindings: Vec<(&'static str, Binding<'r>)>,
+    pub push: P,
+    /// At least so many threads run along x, y and z; the shader drops the excess.
+    pub threads: [u32; 3],
+}
+
+/// Records a slice.
+pub type RecordSlice<'a, 'r> = dyn Fn(&mut Recording<'_, 'r>) -> Result<()> + 'a;
+
 impl Frame {
-    /// Runs `pass` over at least `threads` threads in submissions of its own, slice after slice along
-    /// the last axis, so that none of them takes much longer than [`SLICE_MS`] whatever the device:
-    /// Windows resets a GPU that is busy for two seconds.
+    /// Runs a pass in submissions of its own, slice after slice along the last axis, so that none of them takes much longer
+    /// than [`SLICE_MS`] whatever the device: Windows resets a GPU that is busy for two seconds.
     pub fn run_in_slices<P: bytemuck::NoUninit>(
         &mut self,
-        pass: &Pass,
-        bindings: &[(&str, Binding<'_>)],
-        push: &P,
-        threads: [u32; 3],
+        dispatch: &Dispatch<'_, P>,
     ) -> Result<()> {
         let mut slices = Slices::new(SLICE_MS);
-        while !self.run_slice(pass, bindings, push, threads, &mut slices)? {}
+        while !self.run_slice(dispatch, &mut slices, |recording, slice| slice(recording))? {}
         Ok(())
     }
 
-    /// Runs the next slice of a pass that runs in slices. Returns whether it was the last.
-    pub fn run_slice<P: bytemuck::NoUninit>(
+    /// Runs the next slice of a pass, which `record` records together with what belongs into the same submission. Returns
+    /// whether it was the last.
+    pub fn run_slice<'r, P: bytemuck::NoUninit>(
         &mut self,
-        pass: &Pass,
-        bindings: &[(&str, Binding<'_>)],
-        push: &P,
-        threads: [u32; 3],
+        dispatch: &Dispatch<'r, P>,
         slices: &mut Slices,
+        record: impl FnOnce(&mut Recording<'_, 'r>, &RecordSlice<'_, 'r>) -> Result<()>,
     ) -> Result<bool> {
-        let groups = pass.groups(threads);
+        let Dispatch {
+            pass,
+            bindings,
+            push,
+            threads,
+        } = dispatch;
+        let groups = pass.groups(*threads);
         let axis = if groups[2] > 1 { 2 } else { 1 };
+        let rows = Rows {
+            all: groups[axis],
+            workgroups: groups.iter().product::<u32>() / groups[axis],
+            dearest_ms: pass.dearest_ms.get(),
+        };
         let (mut begin, mut count) = ([0; 3], groups);
-        (begin[axis], count[axis]) = slices.next(groups[axis]);
+        (begin[axis], count[axis]) = slices.next(rows);
         let began = Instant::now();
-        self.run(|recording| recording.dispatch_groups(pass, bindings, push, begin, count))?;
-        slices.took(count[axis], began.elapsed());
-        Ok(begin[axis] + count[axis] == groups[axis])
+        self.run(|recording| {
+            record(recording, &|recording| {
+                recording.dispatch_groups(pass, bindings, push, begin, count)
+            })
+        })?;
+        let dearest_ms = slices.took(rows, count[axis], began.elapsed());
+        if dearest_ms.is_some() {
+            pass.dearest_ms.set(dearest_ms);
+        }
+        Ok(dearest_ms.is_some())
     }
 }
 

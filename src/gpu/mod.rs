@@ -37,6 +37,7 @@ mod window;
 
 pub use buffer::{Buffer, BufferDesc, Placement};
 pub use device::{Device, DeviceChoice};
+pub use dispatch::Dispatch;
 pub use frame::Frame;
 pub use image::{Image, ImageDesc};
 pub use instance::Validation;

@@ -1,6 +1,7 @@
 //! A compute pipeline whose layout and workgroup size come from its SPIR-V. Resources are bound by the names that the
 //! shader gives them, so that swapped resources cannot go unnoticed.
 
+use std::cell::Cell;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -43,6 +44,9 @@ pub struct Pass {
     /// Threads of a workgroup along x, y and z.
     workgroup: [u32; 3],
     pub(super) pipeline: Pipeline,
+    /// What a workgroup of the last run in slices took in the slice where it took longest, in milliseconds; `None` before
+    /// there was one.
+    pub(super) dearest_ms: Cell<Option<f64>>,
 }
 
 fn unfit(pass: &str, problem: String) -> Error {
@@ -85,6 +89,7 @@ impl Pass {
             push_bytes,
             workgroup,
             pipeline,
+            dearest_ms: Cell::new(None),
         })
     }
 

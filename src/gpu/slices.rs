@@ -1,19 +1,43 @@
-//! Slices of a pass that would keep the device busy for too long: how many workgroups run in one submission, by how long the
-//! last ones took.
+//! Slices of a pass that would keep the device busy for too long: how many rows of workgroups run in one submission, by what
+//! the last ones took.
+//!
+//! Rows differ: those of a picture's border may cost nothing, and the next ones all of its time. So a slice holds as many rows
+//! as stay within its time if each of their workgroups takes as long as the dearest so far, of this run of the pass and of the
+//! one before. In the first run, where nothing is known of the rows to come, it holds an eighth of them at most.
 
 use std::time::Duration;
 
 /// Time that a slice of work should take where no frame of a window is due, in milliseconds.
 pub const SLICE_MS: f64 = 50.0;
 
+/// Of a pass of which nothing is known, the first slice has this part of the rows.
+const FIRST: u32 = 64;
+/// And no slice of it has a larger part than this.
+const LARGEST: u32 = 8;
+
 /// Progress of a pass that runs in slices.
 #[derive(Debug, Clone, Copy)]
 pub struct Slices {
     /// Time that a slice should take.
     target_ms: f64,
+    /// The first row of the next slice.
     begin: u32,
-    /// Workgroups in the next slice along the axis of the slices.
-    count: u32,
+    /// Rows of the next slice, where it runs again.
+    again: Option<u32>,
+    /// Rows of the last slice, or 0.
+    rows: u32,
+    /// What a workgroup has taken in the slice where it took longest, in milliseconds.
+    dearest_ms: f64,
+}
+
+/// The rows of a pass.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rows {
+    pub all: u32,
+    /// Workgroups in each.
+    pub workgroups: u32,
+    /// The `dearest_ms` of the last whole run of the pass, if there was one.
+    pub dearest_ms: Option<f64>,
 }
 
 impl Slices {
@@ -21,27 +45,141 @@ impl Slices {
         Slices {
             target_ms,
             begin: 0,
-            count: 1,
+            again: None,
+            rows: 0,
+            dearest_ms: 0.0,
         }
     }
 
-    /// The first workgroup of the next slice along the axis, and how many there are, of `all`.
-    pub(super) fn next(&self, all: u32) -> (u32, u32) {
-        (self.begin, self.count.min(all - self.begin))
+    /// The first row of the next slice, and its number of rows.
+    pub(super) fn next(&self, rows: Rows) -> (u32, u32) {
+        let dearest_ms = rows.dearest_ms.unwrap_or(0.0).max(self.dearest_ms);
+        let in_time = self.target_ms / (dearest_ms * f64::from(rows.workgroups));
+        let known = match rows.dearest_ms {
+            Some(_) => rows.all,
+            None => (2 * self.rows).clamp(rows.all.div_ceil(FIRST), rows.all.div_ceil(LARGEST)),
+        };
+        let count = self.again.unwrap_or(known.min(in_time as u32).max(1));
+        (self.begin, count.min(rows.all - self.begin))
     }
 
-    /// Goes on behind a slice of `count` workgroups, which took so long.
-    pub(super) fn took(&mut self, count: u32, time: Duration) {
-        let growth = (self.target_ms / (time.as_secs_f64() * 1e3)).clamp(0.5, 8.0);
+    /// Goes on behind a slice of `count` rows, which took so long. Returns `dearest_ms` if that was the last.
+    pub(super) fn took(&mut self, rows: Rows, count: u32, time: Duration) -> Option<f64> {
+        let ms = time.as_secs_f64() * 1e3;
+        let workgroups = f64::from(count) * f64::from(rows.workgroups);
+        self.dearest_ms = self.dearest_ms.max(ms / workgroups);
         self.begin += count;
-        self.count = (f64::from(count) * growth).ceil() as u32;
+        self.rows = count;
+        self.again = None;
+        (self.begin == rows.all).then_some(self.dearest_ms)
     }
 
-    /// Starts over with the first slice. It is as long as the next one would have been, scaled to the new
-    /// `target_ms`.
+    /// Before the slice between `self` and `behind`, which runs again.
+    pub fn once_more(self, behind: &Slices) -> Slices {
+        Slices {
+            again: Some(behind.begin - self.begin),
+            ..self
+        }
+    }
+
+    /// The same progress, with the higher price of both.
+    pub fn as_dear_as(self, other: &Slices) -> Slices {
+        Slices {
+            dearest_ms: self.dearest_ms.max(other.dearest_ms),
+            ..self
+        }
+    }
+
+    /// Starts over with the first slice, in slices that take `target_ms` each.
     pub fn restart(&mut self, target_ms: f64) {
-        self.count = (self.count as f64 * target_ms / self.target_ms).ceil() as u32;
-        self.target_ms = target_ms;
-        self.begin = 0;
+        *self = Slices::new(target_ms);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WORKGROUPS: u32 = 40;
+
+    /// Runs a pass again and again whose rows take so many milliseconds each, and each submission 0.1 more. Returns the
+    /// times of the slices of each run.
+    fn runs(rows_ms: &[f64], target_ms: f64) -> [Vec<f64>; 3] {
+        let mut dearest_ms = None;
+        [(); 3].map(|()| {
+            let rows = Rows {
+                all: rows_ms.len() as u32,
+                workgroups: WORKGROUPS,
+                dearest_ms,
+            };
+            let mut slices = Slices::new(target_ms);
+            let mut times = Vec::new();
+            loop {
+                let (begin, count) = slices.next(rows);
+                let rows_ms = &rows_ms[begin as usize..][..count as usize];
+                let ms = 0.1 + rows_ms.iter().sum::<f64>();
+                times.push(ms);
+                dearest_ms = slices.took(rows, count, Duration::from_secs_f64(ms / 1e3));
+                if dearest_ms.is_some() {
+                    return times;
+                }
+            }
+        })
+    }
+
+    fn longest(times: &[f64]) -> f64 {
+        times.iter().fold(0.0, |a, &b| a.max(b))
+    }
+
+    /// A picture of four seconds whose upper half is empty, or its lower one.
+    #[test]
+    fn rows_that_cost_nothing_are_no_measure_of_others() {
+        let mut rows_ms = [0.0; 270];
+        rows_ms[135..].fill(4e3 / 135.0);
+        for _ in 0..2 {
+            let [first, later @ ..] = runs(&rows_ms, 50.0).map(|times| longest(&times));
+            assert!(first < 1.2e3, "{first} ms");
+            assert!(later.iter().all(|&ms| ms < 65.0), "{later:?} ms");
+            rows_ms.reverse();
+        }
+    }
+
+    #[test]
+    fn a_cheap_pass_soon_runs_at_once() {
+        let [first, later @ ..] = runs(&[0.5 / 128.0; 128], 50.0).map(|times| times.len());
+        assert!(first <= 12, "{first}");
+        assert_eq!(later, [1, 1]);
+    }
+
+    /// Whatever has become known of the pass meanwhile.
+    #[test]
+    fn a_slice_that_runs_again_has_the_same_rows() {
+        let rows = Rows {
+            all: 270,
+            workgroups: WORKGROUPS,
+            dearest_ms: None,
+        };
+        let before = Slices::new(50.0);
+        let (begin, count) = before.next(rows);
+        let mut behind = before;
+        behind.took(rows, count, Duration::from_millis(1));
+        let known = Rows {
+            dearest_ms: Some(1e-3),
+            ..rows
+        };
+        let mut again = before.once_more(&behind);
+        assert_eq!(again.next(known), (begin, count));
+        again.took(known, count, Duration::from_millis(1));
+        assert_eq!(again.next(known).0, count);
+        assert!(again.next(known).1 > count);
+    }
+
+    #[test]
+    fn slices_take_their_time() {
+        for times in runs(&[5.0; 270], 50.0) {
+            let most = 270.0 * 5.0 / 50.0 * 1.5;
+            assert!(longest(&times) < 60.0, "{times:?}");
+            assert!((times.len() as f64) < most, "{times:?}");
+        }
     }
 }

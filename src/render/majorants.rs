@@ -4,7 +4,7 @@
 use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
 use crate::error::Result;
-use crate::gpu::{Binding, Frame, Pass, Work};
+use crate::gpu::{Binding, Dispatch, Frame, Pass, Work};
 
 pub struct Majorants(Pass);
 
@@ -21,8 +21,12 @@ impl Majorants {
             ("ranges", Binding::Image(&r.ranges)),
             ("majorants", Binding::Image(&r.majorants)),
         ];
-        let bindings = [&r.volume_bindings()[..], &bindings].concat();
-        frame.run_in_slices(&self.0, &bindings, &(), blocks)?;
+        frame.run_in_slices(&Dispatch {
+            pass: &self.0,
+            bindings: [&r.volume_bindings()[..], &bindings].concat(),
+            push: (),
+            threads: blocks,
+        })?;
         let work = Work::texels(r.ranges.desc().texels(), r.majorants.desc().texels());
         frame.timings.state_work(self.0.name, work);
         Ok(())

@@ -4,7 +4,7 @@
 use super::bricks::Admission;
 use super::resources::Resources;
 use crate::error::Result;
-use crate::gpu::{Binding, Frame, Pass, Recording, SLICE_MS, Slices};
+use crate::gpu::{Dispatch, Frame, Recording, SLICE_MS, Slices};
 
 /// Progress of a pass that reads the volume and runs in slices.
 #[derive(Debug)]
@@ -58,19 +58,21 @@ impl Resources {
     }
 
     /// Runs the next slice of a pass that reads the volume, or the same again where some of its invocations have missed bricks,
-    /// which have been brought since. Returns whether all slices are done.
-    pub fn run_slice<P: bytemuck::NoUninit>(
-        &self,
+    /// which have been brought since; `then` records what follows it in the same submission. Returns whether all slices are
+    /// done.
+    pub fn run_slice<'r, P: bytemuck::NoUninit>(
+        &'r self,
         frame: &mut Frame,
-        pass: &Pass,
-        bindings: &[(&str, Binding<'_>)],
-        push: &P,
-        threads: [u32; 3],
+        dispatch: &Dispatch<'r, P>,
         slices: &mut ReadingSlices,
+        then: impl FnOnce(&mut Recording<'_, 'r>) -> Result<()>,
     ) -> Result<bool> {
         let now = &mut slices.slices;
         let Some(bricks) = &self.bricks else {
-            return frame.run_slice(pass, bindings, push, threads, now);
+            return frame.run_slice(dispatch, now, |recording, slice| {
+                slice(recording)?;
+                then(recording)
+            });
         };
         // Once other work has begun, it is no longer known which invocations are done.
         let repeated = slices.repeated.take();
@@ -79,13 +81,15 @@ impl Resources {
                 Some(slice) => (slice.admission, Some(slice.behind)),
                 None => (bricks.begin_pixels(frame)?, None),
             };
-        frame.run(|recording| bricks.record_state(recording, &admission))?;
         let mut next = *now;
-        let is_last = frame.run_slice(pass, bindings, push, threads, &mut next)?;
-        frame.run(|recording| bricks.record_report(recording))?;
-        // Fewer invocations work when a slice is repeated: the first time tells how long the next one may be.
-        let behind = behind.unwrap_or(next);
+        let is_last = frame.run_slice(dispatch, &mut next, |recording, slice| {
+            self.record_reading(recording, &admission, slice)?;
+            then(recording)
+        })?;
+        // Invocations that have missed bricks, or have nothing left to do, take less time than they would.
+        let behind = behind.map_or(next, |behind| behind.as_dear_as(&next));
         if bricks.serve(frame, &self.volumes, &mut admission)? {
+            *now = now.once_more(&behind);
             slices.repeated = Some(Repeated {
                 mark: bricks.done_mark(),
                 admission,
@@ -119,13 +123,10 @@ impl Resources {
     pub fn run_in_slices<P: bytemuck::NoUninit>(
         &self,
         frame: &mut Frame,
-        pass: &Pass,
-        bindings: &[(&str, Binding<'_>)],
-        push: &P,
-        threads: [u32; 3],
+        dispatch: &Dispatch<'_, P>,
     ) -> Result<()> {
         let mut slices = ReadingSlices::new(SLICE_MS);
-        while !self.run_slice(frame, pass, bindings, push, threads, &mut slices)? {}
+        while !self.run_slice(frame, dispatch, &mut slices, |_| Ok(()))? {}
         Ok(())
     }
 }

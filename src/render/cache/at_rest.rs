@@ -11,7 +11,7 @@ use crate::render::resources::Resources;
 
 pub enum AtRest {
     /// By a march, where a path may read the cache at its first collision (`Features::is_marched`).
-    March(CameraMarch),
+    March(Box<CameraMarch>),
     /// By paths that end in the cache.
     Tracking(DeltaTracking),
 }
@@ -19,7 +19,7 @@ pub enum AtRest {
 impl AtRest {
     pub fn new(passes: &PassCompiler<'_>) -> Result<AtRest> {
         Ok(if passes.features.is_marched() {
-            AtRest::March(CameraMarch::new(passes)?)
+            AtRest::March(Box::new(CameraMarch::new(passes)?))
         } else {
             AtRest::Tracking(DeltaTracking::through_cache(passes)?)
         })

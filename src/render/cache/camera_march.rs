@@ -4,7 +4,7 @@ use super::memory::CacheMemory;
 use super::tail_tracking::TailTracking;
 use crate::error::Result;
 use crate::gpu::types::*;
-use crate::gpu::{Binding, Frame, Pass, SLICE_MS};
+use crate::gpu::{Binding, Dispatch, Frame, Pass, SLICE_MS};
 use crate::render::bricks::Items;
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::picture::bundle::{Bundle, BundleProgress};
@@ -148,7 +148,7 @@ impl CameraMarch {
         sample_index: u32,
         items: Items,
     ) -> Result<bool> {
-        let push = CameraMarchPush { sample_index };
+        let [width, height] = r.size;
         let bindings = [
             &r.medium_bindings()[..],
             &r.surface_bindings(),
@@ -161,12 +161,16 @@ impl CameraMarch {
             ],
         ]
         .concat();
-        let threads = [r.size[0], r.size[1], 1];
+        let dispatch = Dispatch {
+            pass: &self.pass,
+            bindings,
+            push: CameraMarchPush { sample_index },
+            threads: [width, height, 1],
+        };
         if let Some(bricks) = &r.bricks {
             bricks.allow(items);
         }
-        let slices = &mut self.slices;
-        let is_last = r.run_slice(frame, &self.pass, &bindings, &push, threads, slices)?;
+        let is_last = r.run_slice(frame, &dispatch, &mut self.slices, |_| Ok(()))?;
         match &mut self.tails {
             Some(tails) if is_last && tails.left_share > 0.0 => {
                 tails.tracking.queue.restart(frame, r, items)?;

@@ -3,7 +3,7 @@
 use super::memory::CacheMemory;
 use crate::error::Result;
 use crate::gpu::types::*;
-use crate::gpu::{Binding, Buffer, Frame, Pass, Work};
+use crate::gpu::{Binding, Buffer, Dispatch, Frame, Pass, Work};
 use crate::render::resources::Resources;
 use crate::render::shared::NODES;
 use crate::shared;
@@ -45,7 +45,13 @@ pub fn mark(
         recording.zero(&r.counters)?;
         recording.zero(bits)
     })?;
-    r.run_in_slices(frame, pass, &bindings, &push, threads)?;
+    let dispatch = Dispatch {
+        pass,
+        bindings,
+        push,
+        threads,
+    };
+    r.run_in_slices(frame, &dispatch)?;
     let cubes = u64::from(NODES) * u64::from(bricks);
     let work = Work::texels(cubes, 0);
     frame.timings.state_work(pass.name, work);

@@ -33,13 +33,25 @@ impl MarchedLookups {
 
     /// States the count as work of the runs of `pass` since the last count, and begins a new one.
     pub fn collect(&self, frame: &mut Frame, staging: &Buffer, pass: &'static str) -> Result<()> {
-        frame.run(|recording| {
-            recording.copy(&self.count, staging)?;
-            self.begin(recording)
-        })?;
+        frame.run(|recording| self.record_collection(recording, staging))?;
+        self.state_collected(frame, staging, pass);
+        Ok(())
+    }
+
+    /// The part of [`collect`](MarchedLookups::collect) that the device does.
+    pub fn record_collection<'r>(
+        &'r self,
+        recording: &mut Recording<'_, 'r>,
+        staging: &'r Buffer,
+    ) -> Result<()> {
+        recording.copy(&self.count, staging)?;
+        self.begin(recording)
+    }
+
+    /// The part of [`collect`](MarchedLookups::collect) that follows.
+    pub fn state_collected(&self, frame: &mut Frame, staging: &Buffer, pass: &'static str) {
         let Marched { low, high } = staging.read();
         let lookups = u64::from(high) << 32 | u64::from(low);
         frame.timings.state_work(pass, Work::samples(lookups));
-        Ok(())
     }
 }

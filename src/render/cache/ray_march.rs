@@ -3,7 +3,7 @@
 use super::memory::CacheMemory;
 use crate::error::Result;
 use crate::gpu::types::*;
-use crate::gpu::{Binding, Frame, Pass, Recording, SLICE_MS};
+use crate::gpu::{Binding, Dispatch, Frame, Pass, Recording, SLICE_MS};
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::resources::Resources;
 use crate::render::shared::{MARCH_AT_REST, MARCH_CACHED, MARCH_PICTURE};
@@ -117,10 +117,18 @@ impl RayMarch {
         slices: &mut ReadingSlices,
     ) -> Result<bool> {
         let [width, height] = r.size.map(|n| n.div_ceil(push.stride));
-        let threads = [width, height, 1];
-        let bindings = bindings(r, cache);
-        let has_ended = r.run_slice(frame, &self.pass, &bindings, push, threads, slices)?;
-        cache.marched.collect(frame, &r.staging, self.pass.name)?;
+        let dispatch = Dispatch {
+            pass: &self.pass,
+            bindings: bindings(r, cache),
+            push: *push,
+            threads: [width, height, 1],
+        };
+        let has_ended = r.run_slice(frame, &dispatch, slices, |recording| {
+            cache.marched.record_collection(recording, &r.staging)
+        })?;
+        cache
+            .marched
+            .state_collected(frame, &r.staging, self.pass.name);
         Ok(has_ended)
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::Result;
-use crate::gpu::{Binding, Frame, Image, Memory, Pass, Work};
+use crate::gpu::{Binding, Dispatch, Frame, Image, Memory, Pass, Work};
 use crate::render::gpu_scene::GpuScene;
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::resources::{Resources, picture_desc};
@@ -54,9 +54,14 @@ impl IsoDepth {
             ("normal_depth", Binding::Image(normal_depth)),
             ("albedo", Binding::Image(albedo)),
         ];
-        let bindings = [&r.volume_bindings()[..], &bindings].concat();
         let [width, height] = r.size;
-        r.run_in_slices(frame, &self.pass, &bindings, &(), [width, height, 1])?;
+        let dispatch = Dispatch {
+            pass: &self.pass,
+            bindings: [&r.volume_bindings()[..], &bindings].concat(),
+            push: (),
+            threads: [width, height, 1],
+        };
+        r.run_in_slices(frame, &dispatch)?;
         let work = Work::texels(0, 2 * u64::from(r.pixels()));
         frame.timings.state_work(self.pass.name, work);
         Ok(())

@@ -3,7 +3,7 @@
 use super::cells::PublishedCells;
 use crate::error::Result;
 use crate::gpu::types::*;
-use crate::gpu::{Binding, Frame, Pass, Work};
+use crate::gpu::{Binding, Dispatch, Frame, Pass, Work};
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::resources::Resources;
 use crate::shared;
@@ -41,9 +41,13 @@ impl PublishedMarch {
             ("radiance_cells", Binding::Filtered(&cells.radiance)),
             ("mean", Binding::Image(&r.mean)),
         ];
-        let bindings = [&r.volume_bindings()[..], &r.lights.bindings(), &bindings].concat();
         let [width, height] = r.size;
-        frame.run_in_slices(&self.0, &bindings, push, [width, height, 1])?;
+        frame.run_in_slices(&Dispatch {
+            pass: &self.0,
+            bindings: [&r.volume_bindings()[..], &r.lights.bindings(), &bindings].concat(),
+            push: *push,
+            threads: [width, height, 1],
+        })?;
         let work = Work::texels(0, r.pixels().into());
         frame.timings.state_work(self.0.name, work);
         Ok(())

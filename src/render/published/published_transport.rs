@@ -3,7 +3,7 @@
 use super::cells::PublishedCells;
 use crate::error::Result;
 use crate::gpu::types::*;
-use crate::gpu::{Binding, Frame, Pass, Work};
+use crate::gpu::{Binding, Dispatch, Frame, Pass, Work};
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::resources::Resources;
 use crate::shared;
@@ -46,8 +46,12 @@ impl PublishedTransport {
             ("direction_cells", Binding::Image(&cells.direction)),
             ("throughput_cells", Binding::Image(&cells.throughput)),
         ];
-        let bindings = [&r.volume_bindings()[..], &r.lights.bindings(), &bindings].concat();
-        frame.run_in_slices(&self.0, &bindings, push, cells.radiance.desc().extent)
+        frame.run_in_slices(&Dispatch {
+            pass: &self.0,
+            bindings: [&r.volume_bindings()[..], &r.lights.bindings(), &bindings].concat(),
+            push: *push,
+            threads: cells.radiance.desc().extent,
+        })
     }
 
     /// States how many samples of the volume the runs since this was last done have taken.
