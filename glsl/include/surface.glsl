@@ -71,6 +71,7 @@ struct Passage {
     float t0, t1;
     int start_surface; // on which the ray starts at t0, or NOTHING
     bool fresh; // the sides are not known yet, which a ray that starts on a surface does know
+    int crossed; // the first surface in their order that the ray crosses here, or NOTHING as far as is known
 };
 
 // The first u ∈ [0, 1] of a passage at which it crosses the surface; > 1 if there is none. Unless `exactly`, the
@@ -79,8 +80,9 @@ float change_of(Ray ray, Passage passage, uint surface, bool exactly, inout uint
     float value = isovalue(surface);
     uint bit = 1u << surface;
     Cell relative = cell_of(passage.corners);
-    relative.c -= value; // exact for integers, and here the digits are needed
-    relative.c -= isovalue_rest(surface);
+    precise float above = relative.c - value; // exact for integers, and here the digits are needed
+    precise float above_exactly = above - isovalue_rest(surface);
+    relative.c = above_exactly;
     vec3 a = local_position(ray, passage.t0, vec3(passage.cell));
     vec4 c = cell_cubic(relative, a, ray.step * (passage.t1 - passage.t0));
     bool starts_here = int(surface) == passage.start_surface;
@@ -110,22 +112,24 @@ float change_of(Ray ray, Passage passage, uint surface, bool exactly, inout uint
 }
 
 // Whether the passage crosses any surface.
-bool crosses(Ray ray, Passage passage, inout uint inside) {
+bool crosses(Ray ray, inout Passage passage, inout uint inside) {
     iterations += 4u * surface_count;
-    bool any = false;
     for (uint s = 0u; s < surface_count; ++s) {
-        any = change_of(ray, passage, s, false, inside) <= 1.0 || any;
+        bool is_crossed = change_of(ray, passage, s, false, inside) <= 1.0;
+        passage.crossed = is_crossed && passage.crossed < 0 ? int(s) : passage.crossed;
     }
-    return any;
+    return passage.crossed >= 0;
 }
 
-// Finds the first crossing in a passage that has one; the sides are known.
+// Finds the first crossing in a passage that has one; the sides are known. A compiler may round the same polynomials
+// otherwise here than where the crossing was found. If that loses it, it is at the passage's end.
 void find_in(Ray ray, Passage passage, inout Crossing crossing) {
     passage.fresh = false;
-    float nearest = 2.0;
+    float nearest = 1.0;
+    crossing.surface = passage.crossed;
     for (uint s = 0u; s < surface_count; ++s) {
         float u = change_of(ray, passage, s, true, crossing.inside);
-        if (u <= 1.0 && u < nearest) {
+        if (u < nearest) {
             nearest = u;
             crossing.surface = int(s);
         }
@@ -135,15 +139,14 @@ void find_in(Ray ray, Passage passage, inout Crossing crossing) {
 
 // Whether a ray may cross a surface where the field takes values in `range`.
 bool may_cross(vec2 range, uint inside, bool fresh) {
+    bool any = false;
     for (uint s = 0u; s < surface_count; ++s) {
         float value = isovalue(s);
         bool truth = range.x >= value;
         bool changes = range.x < value && range.y >= value;
-        if (changes || (!fresh && truth != ((inside >> s & 1u) != 0u))) {
-            return true;
-        }
+        any = any || changes || !fresh && truth != ((inside >> s & 1u) != 0u);
     }
-    return false;
+    return any;
 }
 
 uint inside_of_range(vec2 range) {
@@ -189,7 +192,7 @@ bool cross_cells(Ray ray, inout Search search, float t_end, inout Passage passag
         bool more, may;
         LOOP {
             passage = Passage(volume_corners(walk.cell), walk.cell, t, max(t, min(walk.exit, t_end)),
-                              search.start_surface, search.fresh);
+                              search.start_surface, search.fresh, NOTHING);
             t = passage.t1;
             may = t > passage.t0
                && (search.start_surface >= 0 || search.fresh

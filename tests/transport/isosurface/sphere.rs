@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use super::*;
 use glam::Vec3;
-use isolume::gpu::Memory;
+use isolume::gpu::{Memory, Shaders};
 use isolume::render::{FirstHits, GpuScene, Renderer};
 
 const H: f64 = 0.5;
@@ -23,6 +23,15 @@ const EYE: DVec3 = DVec3::new(0.0, 0.0, 60.0);
 const ORTHOGRAPHIC_HEIGHT: f64 = 34.0;
 
 fn first_hits(eye: DVec3, projection: Projection, normals: Normals) -> FirstHits {
+    first_hits_by(&common::shaders(), eye, projection, normals)
+}
+
+fn first_hits_by(
+    shaders: &Shaders,
+    eye: DVec3,
+    projection: Projection,
+    normals: Normals,
+) -> FirstHits {
     let to_world = |g: DVec3| (g - 0.5) * H - 48.0 * H;
     let voxels = sampled([96; 3], |g| RADIUS - to_world(g).distance(CENTER));
     let volume = volume([96; 3], [H; 3], floats(voxels));
@@ -38,7 +47,8 @@ fn first_hits(eye: DVec3, projection: Projection, normals: Normals) -> FirstHits
     let device = common::device();
     let memory = Memory::new(&device, common::BUDGET).expect("memory");
     let scene = GpuScene::new(&scene, &volume, 1);
-    let mut renderer = Renderer::new(&memory, &volume, scene).expect("a renderer");
+    let renderer = Renderer::with_shaders(&memory, shaders, &volume, scene);
+    let mut renderer = renderer.expect("a renderer");
     let hits = renderer.first_hits().expect("first hits");
     common::assert_silent(&Arc::clone(&device));
     hits
@@ -106,6 +116,37 @@ fn assert_ball(projection: Projection, normals: Normals, normal_error: f64) {
     assert!(hits > 60_000, "only {hits} hits");
     // The bounds are near the truth, or they would prove little.
     assert!(farthest > 0.3 * H * H / (4.0 * RADIUS) && most_turned > 0.1 * normal_error);
+}
+
+/// A device may round the polynomial of a cell otherwise where a crossing is refined than where it was found. A crossing
+/// that is lost there would let the ray through to whatever is behind.
+#[test]
+fn a_crossing_is_not_lost_where_it_is_refined() {
+    let lost = common::shaders_with(
+        "include/surface.glsl",
+        include_str!("../../../glsl/include/surface.glsl"),
+        "return exactly ? refine(c, change.low, change.high, is_inside) : change.low;",
+        "return exactly ? 2.0 : change.low;",
+    );
+    let projection = Projection::Perspective { fov_y: FOV_Y };
+    let right = first_hits(EYE, projection, Normals::Analytic);
+    let late = first_hits_by(&lost, EYE, projection, Normals::Analytic);
+    let depths = |hits: &FirstHits| {
+        hits.normal_depth
+            .iter()
+            .map(|hit| hit[3])
+            .collect::<Vec<_>>()
+    };
+    let mut differ = 0;
+    for (right, late) in depths(&right).into_iter().zip(depths(&late)) {
+        assert_eq!(right.is_finite(), late.is_finite(), "{right}, {late}");
+        if right.is_finite() {
+            let behind = f64::from(late - right);
+            assert!((-1e-4..=3_f64.sqrt() * H).contains(&behind), "{behind}");
+            differ += i32::from(behind > 1e-3);
+        }
+    }
+    assert!(differ > 60_000, "{differ}");
 }
 
 #[test]
