@@ -44,6 +44,7 @@ void main() {
     vec3 radiance = same ? texel(pixel) : stretched((vec2(pixel) + 0.5) * scale);
     vec3 exposed = push.exposure * max(radiance, vec3(0.0));
     vec3 toned = push.filmic != 0u ? filmic(exposed) : min(exposed, vec3(1.0));
-    // To whole levels here: a device's own conversion may round to the other neighbour.
-    imageStore(shown, pixel, vec4(round(255.0 * encoded(toned)) / 255.0, 1.0));
+    // To whole levels here: a device's own conversion may round to the other neighbour, or down.
+    vec3 levels = min(round(255.0 * encoded(toned)) + 0.25, 255.0);
+    imageStore(shown, pixel, vec4(levels / 255.0, 1.0));
 }

@@ -169,43 +169,51 @@ vec3 node_light(ivec3 node, inout bool known) {
     return light_at(BRICK * unpacked(page) + node % BRICK, known).rgb;
 }
 
-// Light in the plane of nodes across `axis` through the cube's lowest node, interpolated between the four nodes
-// around p.
-vec3 light_across(uint axis, ivec3 low, vec3 p, inout bool known) {
-    ivec3 most = ivec3(scene.cache_nodes) - 1;
-    uint u = (axis + 1u) % 3u;
-    uint v = (axis + 2u) % 3u;
-    ivec3 node = low;
-    vec3 light = (1.0 - p[u]) * (1.0 - p[v]) * node_light(node, known);
-    node[u] = min(low[u] + 1, most[u]);
-    light += p[u] * (1.0 - p[v]) * node_light(node, known);
-    node[v] = min(low[v] + 1, most[v]);
-    light += p[u] * p[v] * node_light(node, known);
-    node[u] = low[u];
-    return light + (1.0 - p[u]) * p[v] * node_light(node, known);
+// The components of a vector from one axis on, in turn. (Compilers keep vectors in memory that are indexed.)
+vec3 from_axis(uint axis, vec3 v) {
+    return axis == 0u ? v : axis == 1u ? v.yzx : v.zxy;
+}
+
+ivec3 from_axis(uint axis, ivec3 v) {
+    return axis == 0u ? v : axis == 1u ? v.yzx : v.zxy;
+}
+
+// The vector whose components from an axis on these are.
+ivec3 back_from_axis(uint axis, ivec3 v) {
+    return axis == 0u ? v : axis == 1u ? v.zxy : v.yzx;
 }
 
 // A step along an axis.
 ivec3 along(uint axis) {
-    return ivec3(equal(uvec3(axis), uvec3(0u, 1u, 2u)));
+    return back_from_axis(axis, ivec3(1, 0, 0));
+}
+
+// Light in a plane of nodes across `axis`, interpolated between the four nodes from `low` on. Vectors begin with that axis.
+vec3 light_across(uint axis, ivec3 low, vec3 p, inout bool known) {
+    ivec3 high = min(low + 1, from_axis(axis, ivec3(scene.cache_nodes)) - 1);
+    vec3 light = (1.0 - p.y) * (1.0 - p.z) * node_light(back_from_axis(axis, low), known);
+    light += p.y * (1.0 - p.z) * node_light(back_from_axis(axis, ivec3(low.x, high.y, low.z)), known);
+    light += p.y * p.z * node_light(back_from_axis(axis, ivec3(low.x, high.yz)), known);
+    return light + (1.0 - p.y) * p.z * node_light(back_from_axis(axis, ivec3(low.xy, high.z)), known);
 }
 
 // What has to be added to read_cache where light is curved along an axis: −½·p(1 − p)·f″, the remainder of linear
 // interpolation at a share p of the way, with f″ from the nodes on both sides.
 vec3 curvature_correction(uint axis, Cube cube) {
+    const ivec3 ALONG = ivec3(1, 0, 0); // with `axis` at first
     ivec3 e = along(axis);
-    ivec3 low = cube.low;
-    bool known = low[axis] >= 1 && low[axis] + 2 < int(scene.cache_nodes[axis]);
-    if (!known || full_light && (is_cut(Cube(low - e, cube.p)) || is_cut(Cube(low + e, cube.p)))) {
+    ivec3 low = from_axis(axis, cube.low);
+    vec3 p = from_axis(axis, cube.p);
+    bool known = low.x >= 1 && low.x + 2 < from_axis(axis, ivec3(scene.cache_nodes)).x;
+    if (!known || full_light && (is_cut(Cube(cube.low - e, cube.p)) || is_cut(Cube(cube.low + e, cube.p)))) {
         return vec3(0.0);
     }
-    vec3 a = light_across(axis, low - e, cube.p, known);
-    vec3 b = light_across(axis, low, cube.p, known);
-    vec3 c = light_across(axis, low + e, cube.p, known);
-    vec3 d = light_across(axis, low + 2 * e, cube.p, known);
-    float p = cube.p[axis];
-    vec3 curvature = mix(a - 2.0 * b + c, b - 2.0 * c + d, p);
-    return known ? -0.5 * p * (1.0 - p) * curvature : vec3(0.0);
+    vec3 a = light_across(axis, low - ALONG, p, known);
+    vec3 b = light_across(axis, low, p, known);
+    vec3 c = light_across(axis, low + ALONG, p, known);
+    vec3 d = light_across(axis, low + 2 * ALONG, p, known);
+    vec3 curvature = mix(a - 2.0 * b + c, b - 2.0 * c + d, p.x);
+    return known ? -0.5 * p.x * (1.0 - p.x) * curvature : vec3(0.0);
 }
 
 // The same for all three axes.

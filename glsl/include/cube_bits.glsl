@@ -52,6 +52,10 @@ void examine(ivec3 node, bool is_possible);
 void store_examined(ivec3 node);
 
 void set_bits(uint word, uint mask) {
+    // Cubes that many others mark are set already: a GPU's threads would wait for each other at the counter.
+    if ((~bits.at[word] & mask) == 0u) {
+        return;
+    }
     uint before = atomicOr(bits.at[word], mask);
     atomicAdd(counters.count.marked_cubes, uint(bitCount(~before & mask)));
 }

@@ -97,7 +97,11 @@ void main() {
     if (working) {
         atomicAdd(counters.count.unfinished, 1u);
     }
-    atomicAdd(counters.count.lookups, lookups);
-    atomicAdd(counters.count.finished, finished);
+    if (lookups > 0u) {
+        atomicAdd(counters.count.lookups, lookups);
+    }
+    if (finished > 0u) {
+        atomicAdd(counters.count.finished, finished);
+    }
     report(slot, first_missing != 0u, has_advanced);
 }

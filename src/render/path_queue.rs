@@ -174,7 +174,8 @@ impl PathQueue {
                 .max((2 * self.iterations).min(MOST_ITERATIONS));
         }
         if share < 0.5 {
-            self.iterations = (self.iterations * 2).min(MOST_ITERATIONS);
+            let times = if share < 1.0 / 16.0 { 8 } else { 2 };
+            self.iterations = (self.iterations * times).min(MOST_ITERATIONS);
         } else if share > 1.5 {
             self.iterations = (self.iterations / 2).max(LEAST_ITERATIONS);
         }
