@@ -27,7 +27,7 @@ pub use cache::{CacheArgs, CleanArgs};
 pub use message::{budget_source, message, why_stopped};
 use values::{
     cache_format, cache_scale, device, exposure, exr, iso, limit, picture, positive, samples,
-    seconds, size, spp, variant, view, views, word, written,
+    seconds, seed, size, spp, variant, view, views, word, written,
 };
 #[cfg(feature = "window")]
 pub use view::ViewArgs;
@@ -159,7 +159,7 @@ pub struct RenderArgs {
     pub orbit: Option<NonZeroU32>,
 
     /// Seed of the random numbers.
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value = "0", value_parser = seed)]
     pub seed: u32,
 
     #[command(flatten)]

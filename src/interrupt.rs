@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::error::{Error, INTERRUPTED_STATUS, TERMINATED_STATUS};
-use crate::output::has_committed;
+use crate::output::{has_committed, wait_no_longer};
 use crate::temporary;
 
 pub static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -86,6 +86,7 @@ fn interrupt(status: u8) {
     STATUS.store(status, Ordering::Relaxed);
     INTERRUPTED.store(finishes, Ordering::Release);
     if finishes && is_first {
+        wait_no_longer();
         FIRST.get_or_init(Instant::now);
         return;
     }

@@ -24,6 +24,14 @@ fn main() -> ExitCode {
 
 /// Returns the exit status.
 fn run(command: Command) -> Result<u8> {
+    #[cfg(feature = "window")]
+    let has_window = matches!(command, Command::View(_));
+    #[cfg(not(feature = "window"))]
+    let has_window = false;
+    // The window has its own way to end.
+    if !has_window {
+        interrupt::catch_signals();
+    }
     match command {
         Command::Render(args) => job::render(&args),
         #[cfg(feature = "window")]

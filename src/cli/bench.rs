@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use clap::Args;
 
-use super::values::{seconds, word};
+use super::values::{seconds, seed, word};
 use super::{GpuArgs, SceneArgs};
 use crate::scene::file::ShadingModel;
 use crate::scene::{CacheFormat, CacheScale, Variant};
@@ -42,7 +42,7 @@ pub struct BenchArgs {
 
     /// Seed of the random numbers; a reference that is rendered here has another one. Without it: 0, or 1 if that is the
     /// seed of --reference.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = seed)]
     pub seed: Option<u32>,
 
     #[command(flatten)]

@@ -55,6 +55,12 @@ pub(super) fn device(text: &str) -> Result<String, String> {
 /// The most views of an orbit: their names count them with four digits.
 const MOST_VIEWS: u32 = 9999;
 
+/// The value of `--seed`.
+pub(super) fn seed(text: &str) -> Result<u32, String> {
+    let whole = text.trim().parse();
+    whole.map_err(|_| format!("expected a whole number from 0 to {}", u32::MAX))
+}
+
 /// The value of `--orbit`.
 pub(super) fn views(text: &str) -> Result<NonZeroU32, String> {
     let count = text.trim().parse().ok().and_then(NonZeroU32::new);

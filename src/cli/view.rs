@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::values::{extent, spp, written};
+use super::values::{extent, seed, spp, written};
 use super::{GpuArgs, SceneArgs};
 
 #[derive(Debug, Args)]
@@ -22,7 +22,7 @@ pub struct ViewArgs {
     pub spp: NonZeroU32,
 
     /// Seed of the random numbers.
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value = "0", value_parser = seed)]
     pub seed: u32,
 
     #[command(flatten)]

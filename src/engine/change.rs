@@ -60,7 +60,9 @@ impl Engine {
     fn fitted(&self, next: GpuScene, changes: Changes) -> Result<Option<GpuScene>> {
         // The baseline's cells and their majorant are made for one medium under one light.
         let is_published = self.full.variant == Variant::Published;
+        let may_cache_now = next.has_scattered_light() && !self.full.has_scattered_light();
         if changes.invalidates(Derived::Plan)
+            || may_cache_now && self.full.variant == Variant::NonCaching
             || is_published && changes.invalidates(Derived::NodePaths)
         {
             return Ok(None);

@@ -2,14 +2,12 @@
 
 use crate::cli::MergeArgs;
 use crate::error::Result;
-use crate::interrupt;
 use crate::output::{Continuation, Outputs, Provenance, check_inputs_stay, check_writable, say};
 use crate::shard;
 
 use super::summary::error_in_words;
 
 pub fn merge(args: &MergeArgs) -> Result<u8> {
-    interrupt::catch_signals();
     check_writable([&args.output])?;
     check_inputs_stay([&args.output], &args.shards)?;
     let merged = shard::merge(&args.shards)?;

@@ -13,7 +13,7 @@ use super::views::{Saved, View, files, views};
 use crate::cli::RenderArgs;
 use crate::engine::{Engine, Host, Outcome, Run, Stop, StopReason, Stopwatch, Tried};
 use crate::error::{Error, Result};
-use crate::interrupt::{self, is_interrupted};
+use crate::interrupt::is_interrupted;
 use crate::output::progress::ProgressLine;
 use crate::output::stats::{FILL_CACHE, RENDER};
 use crate::output::{Outputs, check_inputs_stay, check_writable};
@@ -21,7 +21,6 @@ use crate::scene::Opened;
 use crate::shard::{Fingerprints, Found, side_files};
 
 pub fn render(args: &RenderArgs) -> Result<u8> {
-    interrupt::catch_signals();
     let mut clock = Clock::new();
     let others = [&args.checkpoint, &args.stats, &args.profile];
     let beside = args.checkpoint.as_deref().map(side_files);

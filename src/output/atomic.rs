@@ -11,6 +11,8 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+#[cfg(unix)]
+use std::time::Duration;
 
 use serde::Serialize;
 
@@ -28,6 +30,14 @@ static HAS_COMMITTED: AtomicBool = AtomicBool::new(false);
 
 pub fn has_committed() -> bool {
     HAS_COMMITTED.load(Ordering::Relaxed)
+}
+
+/// Whether outputs do without pipes that nobody reads.
+static WAITS_NO_LONGER: AtomicBool = AtomicBool::new(false);
+
+/// From now on, an output into a pipe that nobody reads fails. Before, it waits for a reader, as pipes do.
+pub fn wait_no_longer() {
+    WAITS_NO_LONGER.store(true, Ordering::Relaxed);
 }
 
 /// The outputs of a run before they get their final names.
@@ -284,8 +294,35 @@ fn sync_folder(path: &Path) {
     let _ = folder.and_then(|folder| folder.sync_all());
 }
 
+/// Waits until a pipe has a reader, as opening it does, unless an interruption ends that. Keep what is returned until the pipe
+/// is open: without it, the reader would be told that the pipe has ended.
+#[cfg(unix)]
+fn wait_for_reader(stream: &Path) -> io::Result<Option<File>> {
+    use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
+
+    const PAUSE: Duration = Duration::from_millis(20);
+    if !fs::metadata(stream)?.file_type().is_fifo() {
+        return Ok(None);
+    }
+    let mut at_once = File::options();
+    at_once.write(true).custom_flags(libc::O_NONBLOCK);
+    loop {
+        match at_once.open(stream) {
+            Err(error) if error.raw_os_error() == Some(libc::ENXIO) => {
+                if WAITS_NO_LONGER.load(Ordering::Relaxed) {
+                    return Err(io::Error::other("nobody reads from this pipe"));
+                }
+                std::thread::sleep(PAUSE);
+            }
+            opened => return opened.map(Some),
+        }
+    }
+}
+
 fn copy(from: &mut File, stream: &Path) -> io::Result<()> {
     io::Seek::rewind(from)?;
+    #[cfg(unix)]
+    let _reader = wait_for_reader(stream)?;
     let mut stream = File::options().write(true).open(stream)?;
     io::copy(from, &mut stream).map(drop)
 }

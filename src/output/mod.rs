@@ -25,7 +25,9 @@ use crate::render::Sums;
 use crate::scene::Tone;
 
 pub use self::exr::{HEADER_ATTRIBUTE, SCENE_ATTRIBUTE, seed_of};
-pub use atomic::{Outputs, check_inputs_stay, check_writable, has_committed, target_of};
+pub use atomic::{
+    Outputs, check_inputs_stay, check_writable, has_committed, target_of, wait_no_longer,
+};
 
 /// A result as JSON that people can read.
 pub fn to_json(value: &impl Serialize) -> Result<String> {

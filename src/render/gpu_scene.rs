@@ -96,6 +96,11 @@ impl GpuScene {
         has_same_sky && self.features() == other.features()
     }
 
+    /// Whether the scene has light that a cache could hold.
+    pub fn has_scattered_light(&self) -> bool {
+        self.parts.medium.scatters() && self.parts.lights.brightest() > 0.0
+    }
+
     /// The features that shaders are compiled with.
     pub fn features(&self) -> Features {
         let Parts {

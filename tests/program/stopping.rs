@@ -126,6 +126,24 @@ fn sigterm_ends_a_render_as_ctrl_c_does() {
 }
 
 /// As `timeout -s INT` sends it, to the program and to its group.
+/// Opening a pipe waits for a reader. That must not outlast a scheduler's SIGTERM.
+#[test]
+fn sigterm_ends_a_render_into_a_pipe_that_nobody_reads() {
+    let folder = Folder::new();
+    let made = Command::new("mkfifo").arg(folder.path("a.exr")).status();
+    assert!(made.expect("mkfifo").success());
+    let mut child = started(&folder, "render ball.toml -o b.exr -o a.exr --spp 1");
+    wait_until(&mut child, "b.exr", || {
+        folder.names().iter().any(|name| name == "b.exr")
+    });
+    send(Signal::TERM, &child);
+    let said = ends(child, 3);
+    assert!(
+        said.contains("a.exr: nobody reads from this pipe"),
+        "{said}"
+    );
+}
+
 #[test]
 fn ctrl_c_twice_at_once_is_one() {
     let folder = Folder::new();
@@ -179,8 +197,12 @@ fn ctrl_c_while_loading_or_compiling_ends_at_once() {
     const BOTH: u64 = 1 << 1 | 1 << 14;
     let folder = Folder::new();
     let before = folder.names();
-    for (signal, status) in [(Signal::INT, 130), (Signal::TERM, 143)] {
-        let mut child = started(&folder, CACHED);
+    for (command, signal, status) in [
+        (CACHED, Signal::INT, 130),
+        (CACHED, Signal::TERM, 143),
+        ("doctor", Signal::INT, 130),
+    ] {
+        let mut child = started(&folder, command);
         let about = format!("/proc/{}/status", child.process.id());
         let catches_both = || {
             let about = std::fs::read_to_string(&about).expect("a process");

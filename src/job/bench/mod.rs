@@ -63,7 +63,6 @@ struct Bench<'a> {
 }
 
 pub fn bench(args: &BenchArgs) -> Result<u8> {
-    interrupt::catch_signals();
     check_flags(args)?;
     let given = match &args.reference {
         Some(path) => Some(LinearImage::read(path)?),

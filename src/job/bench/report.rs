@@ -202,7 +202,7 @@ impl Report {
         // Paths may hold bytes that are no text.
         let words: Vec<String> = std::env::args_os()
             .skip(1)
-            .map(|word| word.to_string_lossy().into_owned())
+            .map(|word| quoted(&word.to_string_lossy()))
             .collect();
         Report {
             version: env!("CARGO_PKG_VERSION"),
@@ -234,4 +234,25 @@ pub fn seconds_to(psnr: f64, points: &[Point]) -> Option<f64> {
     let share = (psnr - earlier.error.psnr) / (later.error.psnr - earlier.error.psnr);
     let ratio = later.seconds / earlier.seconds;
     Some(earlier.seconds * ratio.powf(share))
+}
+
+/// A word of a command, as a shell takes it.
+fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "_-./:=,+%@".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.to_string()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_command_can_be_pasted_into_a_shell() {
+        let words = ["caching:0.5:f16", "a b.toml", "it's", ""].map(quoted);
+        assert_eq!(words, ["caching:0.5:f16", "'a b.toml'", r"'it'\''s'", "''"]);
+    }
 }

@@ -66,6 +66,12 @@ impl Medium {
         self.density <= 0.0
     }
 
+    /// Whether any value of the volume's may scatter light.
+    pub fn scatters(&self) -> bool {
+        let has_color = |point: &TransferPoint| point.color.iter().any(|&c| c > 0.0);
+        self.largest_extinction() > 0.0 && self.transfer.iter().any(has_color)
+    }
+
     pub fn is_anisotropic(&self) -> bool {
         !self.is_vacuum() && self.g != 0.0
     }

@@ -5,6 +5,11 @@ use glam::DVec3;
 use crate::render::features::Features;
 use crate::scene::{Camera, Projection};
 
+/// Nearer to the box than so many times its radius, an eye costs rays less than a thousandth of a voxel.
+const FAR: f64 = 4.0;
+/// Rays from a distant eye start at this distance from the box's centre, in its radii.
+const MARGIN: f64 = 1.01;
+
 /// The camera's frame, scaled to the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
@@ -32,7 +37,18 @@ impl View {
     pub fn new(camera: &Camera, size: [u32; 2], radius: f64) -> View {
         let [forward, right, up] = camera.basis();
         let eye = DVec3::from(camera.eye);
-        let start_distance = start_distance(-eye.dot(forward), radius);
+        let depth = -eye.dot(forward);
+        let before_box = depth - MARGIN * radius;
+        // The box's centre is the origin. Its depth is taken off first: of a very distant eye, it is all that is left of the
+        // digits.
+        let (start, start_distance) = if before_box > FAR * radius {
+            (
+                eye + depth * forward - MARGIN * radius * forward,
+                before_box,
+            )
+        } else {
+            (eye, 0.0)
+        };
         let half_height = match camera.projection {
             Projection::Perspective { fov_y } => (0.5 * fov_y.to_radians()).tan(),
             Projection::Orthographic { height } => 0.5 * height,
@@ -40,7 +56,7 @@ impl View {
         let half_width = half_height * f64::from(size[0]) / f64::from(size[1]);
         View {
             size,
-            start: (eye + start_distance * forward).as_vec3().to_array(),
+            start: start.as_vec3().to_array(),
             start_distance: start_distance as f32,
             forward: forward.as_vec3().to_array(),
             right: (right * half_width).as_vec3().to_array(),
@@ -59,17 +75,5 @@ impl View {
     /// those of `size` a little.
     pub fn with_size(self, size: [u32; 2]) -> View {
         View { size, ..self }
-    }
-}
-
-/// From an eye that has the box's centre at a depth of `depth` to where rays start.
-fn start_distance(depth: f64, radius: f64) -> f64 {
-    /// Nearer than so many times the radius, an eye costs rays less than a thousandth of a voxel.
-    const FAR: f64 = 4.0;
-    let before_box = depth - 1.01 * radius;
-    if before_box > FAR * radius {
-        before_box
-    } else {
-        0.0
     }
 }

@@ -6,7 +6,7 @@
 use super::Planner;
 use crate::error::MemoryError;
 use crate::render::layout::CacheLayout;
-use crate::scene::{CacheFormat, CacheScale, Scene, Variant};
+use crate::scene::{CacheFormat, CacheScale, Variant};
 
 /// Nodes that a CPU should fill at most, unless the picture has more pixels: a node's path costs as much as a
 /// pixel's. A GPU is some hundred times as fast. The limit holds for `auto` alone: a scale that is set by name is
@@ -71,23 +71,24 @@ impl Planner<'_> {
     pub(super) fn why_no_cache(&self) -> Option<[&'static str; 2]> {
         match self.scene.render.variant {
             Variant::Caching => None,
-            Variant::Auto => useless(self.scene).map(|why| [why, "none is of use here"]),
+            Variant::Auto => self.useless().map(|why| [why, "none is of use here"]),
             Variant::NonCaching | Variant::Published => {
                 Some(["it was asked for", "not looked for"])
             }
         }
     }
-}
 
-/// The reason why a cache is of no use to the scene, if there is one.
-fn useless(scene: &Scene) -> Option<&'static str> {
-    let medium = scene.medium.as_ref();
-    if scene.render.max_bounces > 0 {
-        Some("render.max_bounces is set, and a cache holds light after any number of bounces")
-    } else if medium.is_none_or(|m| m.density <= 0.0 || m.transfer.iter().all(|p| p.opacity <= 0.0))
-    {
-        Some("no medium scatters light that a cache could hold")
-    } else {
-        None
+    /// The reason why a cache is of no use to the scene, if there is one.
+    fn useless(&self) -> Option<&'static str> {
+        let parts = &self.uncached.parts;
+        if self.scene.render.max_bounces > 0 {
+            Some("render.max_bounces is set, and a cache holds light after any number of bounces")
+        } else if !parts.medium.scatters() {
+            Some("no medium scatters light that a cache could hold")
+        } else if parts.lights.brightest() <= 0.0 {
+            Some("no light shines that a cache could hold")
+        } else {
+            None
+        }
     }
 }

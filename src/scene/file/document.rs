@@ -9,7 +9,7 @@ use toml::Value;
 use toml::de::DeTable;
 
 use super::edit::{Change, Edit};
-use super::origins::{Origins, first_of_two, line_at};
+use super::origins::{Lines, Origins, first_of_two};
 use super::{SceneFile, mismatch};
 use crate::error::{Error, Location, Origin, Result, figure};
 
@@ -60,7 +60,7 @@ impl Document {
         let name = path.display().to_string();
         let syntax = |error: toml::de::Error| {
             let span = error.span().unwrap_or_default();
-            let (file, line) = (name.clone(), line_at(text, span.start));
+            let (file, line) = (name.clone(), Lines::of(text).line_at(span.start));
             let location = Location::from(Origin::Line { file, line });
             let problem = error.message().replace('\n', ", ");
             let is_doubled = problem == DUPLICATE;
@@ -76,7 +76,9 @@ impl Document {
         let root = text.parse().map(Value::Table).map_err(syntax)?;
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let mut document = Document::new(root, name.clone(), folder);
-        document.origins.record_lines(text, "", spanned.get_ref());
+        document
+            .origins
+            .record_lines(&Lines::of(text), "", spanned.get_ref());
         document.check_tables()?;
         Ok(document)
     }

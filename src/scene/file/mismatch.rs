@@ -49,7 +49,8 @@ fn quoted(message: &str) -> (&str, Vec<&str>) {
 
 /// The known name that is most similar to the one found, if any is similar, and all known names.
 fn suggestion(found: &str, known: &[&str]) -> String {
-    let nearness = |name: &&&str| strsim::jaro_winkler(found, name);
+    let found = found.to_lowercase();
+    let nearness = |name: &&&str| strsim::jaro_winkler(&found, name);
     let nearest = known
         .iter()
         .max_by(|a, b| nearness(a).total_cmp(&nearness(b)));
@@ -76,12 +77,21 @@ pub fn shown(value: &Value) -> String {
     }
 }
 
+/// What serde says of an array that is too short.
+fn length_of(key: &str) -> &'static str {
+    match key {
+        "volume.crop" | "render.size" => "an array of length 2",
+        _ => "an array of length 3",
+    }
+}
+
 /// What was expected of the value of `key`.
 fn in_words(expected: &str, key: &str) -> String {
     match expected {
         "f32" | "f64" => "a number".to_string(),
         "u32" => format!("a whole number from 0 to {}", u32::MAX),
-        "fewer elements in array" => "fewer elements".to_string(),
+        "fewer elements in array" => in_words(length_of(key), key),
+        "string only" => "a word in quotes".to_string(),
         "a sequence" => "an array".to_string(),
         "path string" => "a path in quotes".to_string(),
         "an array of length 2" if key == "volume.crop" => {

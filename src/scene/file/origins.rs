@@ -50,26 +50,26 @@ impl Origins {
     }
 
     /// Records the line of each key of a table, and of all that is inside.
-    pub(super) fn record_lines(&mut self, text: &str, prefix: &str, table: &DeTable) {
+    pub(super) fn record_lines(&mut self, lines: &Lines, prefix: &str, table: &DeTable) {
         for (key, value) in table {
             let path = join(prefix, key.get_ref());
-            self.record(text, path, key.span().start, value.get_ref());
+            self.record(lines, path, key.span().start, value.get_ref());
         }
     }
 
-    fn record(&mut self, text: &str, path: String, at: usize, value: &DeValue) {
+    fn record(&mut self, lines: &Lines, path: String, at: usize, value: &DeValue) {
         match value {
-            DeValue::Table(table) => self.record_lines(text, &path, table),
+            DeValue::Table(table) => self.record_lines(lines, &path, table),
             DeValue::Array(items) => {
                 for (i, item) in items.iter().enumerate() {
                     let path = join(&path, &i.to_string());
-                    self.record(text, path, item.span().start, item.get_ref());
+                    self.record(lines, path, item.span().start, item.get_ref());
                 }
             }
             _ => {}
         }
         let file = self.name.clone();
-        let line = line_at(text, at);
+        let line = lines.line_at(at);
         self.places.insert(path, Origin::Line { file, line });
     }
 }
@@ -93,7 +93,7 @@ pub(super) fn first_of_two(text: &str, second: Range<usize>) -> Option<(String, 
     );
     let (table, _) = DeTable::parse_recoverable(&renamed);
     let mut origins = Origins::default();
-    origins.record_lines(&renamed, "", table.get_ref());
+    origins.record_lines(&Lines::of(&renamed), "", table.get_ref());
     let mut keys = origins.places.keys();
     let key = keys.find_map(|key| key.strip_suffix(OTHER))?.to_string() + name;
     match origins.places.get(&key) {
@@ -102,8 +102,16 @@ pub(super) fn first_of_two(text: &str, second: Range<usize>) -> Option<(String, 
     }
 }
 
-/// The line, counted from 1, of the byte at `at`.
-pub(super) fn line_at(text: &str, at: usize) -> usize {
-    let before = &text.as_bytes()[..at.min(text.len())];
-    before.iter().filter(|byte| **byte == b'\n').count() + 1
+/// Where the lines of a text end.
+pub(super) struct Lines(Vec<usize>);
+
+impl Lines {
+    pub(super) fn of(text: &str) -> Lines {
+        Lines(text.match_indices('\n').map(|(end, _)| end).collect())
+    }
+
+    /// The line, counted from 1, of the byte at `at`.
+    pub(super) fn line_at(&self, at: usize) -> usize {
+        self.0.partition_point(|&end| end < at) + 1
+    }
 }

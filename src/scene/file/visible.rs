@@ -32,7 +32,8 @@ impl SceneFile {
             Some(medium) if medium.density > 0.0 => {
                 if let Some(why) = why_clear(medium, range) {
                     if scene.surfaces.iso.is_empty() {
-                        return Err(self.origins.error("medium.transfer", why));
+                        let nothing = format!("{why}, so there is nothing to see");
+                        return Err(self.origins.error("medium.transfer", nothing));
                     }
                     notes.push(self.origins.sentence("medium.transfer", why));
                 }
@@ -59,7 +60,7 @@ fn why_clear(medium: &Medium, [low, high]: [f64; 2]) -> Option<String> {
         return None;
     }
     let Some(first) = points.iter().position(|p| p.opacity > 0.0) else {
-        return Some("opacity is 0 at every point, so there is nothing to see".to_string());
+        return Some("opacity is 0 at every point".to_string());
     };
     let start = points[first.saturating_sub(1)].value;
     let last = points

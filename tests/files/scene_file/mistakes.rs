@@ -34,6 +34,10 @@ fn syntax_and_unknown_keys() {
         [[surfaces.iso]] / value = 1 / [[surfaces.iso]] / "value" = 2 / value = 3 => :5: surfaces.iso.1.value: found a second time, expected once; it is on line 4
         render = { size = [1, 1], size = [2, 2] }  => :1: render.size: found a second time, expected once; it is on line 1
         g = 1 / [medum]                          => :1: g: unknown key; it can be volume,
+        [medium] / G = 1                           => :2: medium.G: unknown key; did you mean "g"?
+        [render] / size = [1, 2, 3]                => :2: render.size: found [1, 2, 3], expected two numbers, as in
+        [volume] / crop = [[0, 0, 0], [1, 1, 1], 1] => :2: volume.crop: found [[0, 0, 0], [1, 1, 1], 1], expected two corners
+        [render] / variant = 1                     => :2: render.variant: found 1, expected a word in quotes
         [render] / # / [medum]                     => :3: medum: unknown key; did you mean "medium"?
         [medium] / # / densty = 1                  => :3: medium.densty: unknown key; did you mean "density"?
         [medium] / "den`sity" = 1                => :2: medium.den`sity: unknown key; did you mean "density"? It can be density,
@@ -64,7 +68,7 @@ fn wrong_kinds_of_value() {
         [[light]] / type = "directionl"          => :2: light.0.type: found "directionl"; did you mean "directional"?
         [[clip]] / offset = 1                    => :1: clip.0.normal: missing
         [camera] / eye = [0.0, 1.0]              => :2: camera.eye: found [0.0, 1.0], expected three numbers
-        [camera] / eye = [0, 1, 2, 3]            => :2: camera.eye: found [0, 1, 2, 3], expected fewer elements
+        [camera] / eye = [0, 1, 2, 3]            => :2: camera.eye: found [0, 1, 2, 3], expected three numbers, as in
         [camera] / eye = [0, 1, true]            => :2: camera.eye.2: found true, expected a number
         [camera] / view = "anteror"              => :2: camera.view: found "anteror"; did you mean "anterior"?
         [render] / size = [512, -3]              => :2: render.size.1: found -3, expected a whole number

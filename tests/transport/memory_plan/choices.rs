@@ -346,10 +346,28 @@ fn a_cache_without_use_is_not_taken() {
         let points = scene.medium.iter_mut().flat_map(|m| &mut m.transfer);
         points.for_each(|p| p.opacity = 0.0);
     };
-    let cases: [(Change, &str); 3] = [
+    let black = |scene: &mut Scene| {
+        let points = scene.medium.iter_mut().flat_map(|m| &mut m.transfer);
+        points.for_each(|p| p.color = [0.0; 3]);
+    };
+    let beyond_the_data = |scene: &mut Scene| {
+        let points = scene.medium.iter_mut().flat_map(|m| &mut m.transfer);
+        points.for_each(|p| p.value += 1e6);
+        if let Some(medium) = &mut scene.medium {
+            medium.transfer[0].opacity = 0.0;
+        }
+    };
+    let dark = |scene: &mut Scene| {
+        scene.lights.suns.clear();
+        scene.lights.environment.radiance = [0.0; 3];
+    };
+    let cases: [(Change, &str); 6] = [
         (limited, "render.max_bounces is set"),
         (vacuum, "no medium scatters light"),
         (clear, "no medium scatters light"),
+        (black, "no medium scatters light"),
+        (beyond_the_data, "no medium scatters light"),
+        (dark, "no light shines"),
     ];
     for (change, piece) in cases {
         assert_choices(
