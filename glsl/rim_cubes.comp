@@ -18,11 +18,11 @@
 const uint WORDS_A_BRICK = RIM_WORDS;
 #include "cube_bits.glsl"
 
-// Axes along which the box stands for an infinite slab: it is at least 20 times as wide as thick, so that light through its
-// side faces hardly matters, and has at most three nodes, so that every cube touches a side face.
+// Axes along which the box stands for an infinite slab: it is some 100 times as wide as thick, so that light through its
+// side faces hardly matters, unless these are looked at, and has at most three nodes, so that every cube touches a side face.
 bvec3 endless_axes() {
     const uint FEW = 3u;
-    const float WIDE = 20.0; // times as wide as the slab is thick
+    const float WIDE = 99.0; // times as wide as the slab is thick
     vec3 extent = scene.half_extent;
     float thickness = min(extent.x, min(extent.y, extent.z));
     bvec3 is_wide = greaterThanEqual(extent, vec3(WIDE * thickness));
@@ -87,17 +87,15 @@ uint marks_of(ivec3 cube) {
     Span span = span_of(cube, cube);
     vec2 sigma_t = sigma_t_range(range_of_macrocells(span));
     vec2 depth = sigma_t * side_at_end(span);
-    if (depth.y > RIM_DEPTH) {
-        return depth.x > RIM_DEPTH ? NEIGHBOURS_MARKED : CUBE_MARKED;
-    }
+    uint at_end = depth.x > RIM_DEPTH ? NEIGHBOURS_MARKED : depth.y > RIM_DEPTH ? CUBE_MARKED : NOTHING_MARKED;
     if (!may_jump(sigma_t)) {
-        return NOTHING_MARKED;
+        return at_end;
     }
     // Voxels beyond the first ones of the next cube belong to that cube as well, and are tested there.
     Voxels voxels = voxels_of(cube);
     voxels.high = mix(voxels_of(cube + 1).low, voxels.high, span.ends);
     bool jumps = may_jump(sigma_t_range(range_of_voxels(voxels))) && has_jump(voxels, least_jump());
-    return jumps ? SURROUNDINGS_MARKED : NOTHING_MARKED;
+    return jumps ? SURROUNDINGS_MARKED : at_end;
 }
 
 void examine(ivec3 node, bool is_possible) {}

@@ -3,8 +3,9 @@
 // where a medium is dense, and a straight line would lose some of it: `transport caching::agreement`.) A workgroup a
 // brick, a thread for each of the nodes that get their light: half of all along the last axis.
 //
-// Nodes on another side of a surface are not used. If that leaves neither neighbour, the node gets the mean of other nodes
-// nearby; if none of those can be used either, it gets a guess.
+// Nodes on another side of a surface are not used, nor those with a thin wall in between, or with several surfaces, which
+// count as the same side. If that leaves neither neighbour, the node gets the mean of other nodes nearby; if none of those
+// can be used either, it gets a guess.
 
 #version 460
 #include "scene.glsl"
@@ -31,11 +32,36 @@ bool may_be_old(ivec3 node) {
     return is_in_second_half && bricks.at[place_of(node / BRICK)].filled == FILLED_FIRST;
 }
 
-// `known` is false, and the light 0, where there is no node with memory on this side of the surfaces, or the node holds a
-// guess.
-Light light_of(ivec3 node, uint side) {
+// Whether a row of cubes leads from one node to another of which no surface cuts any. Along an axis along which they do not
+// differ, it may lie on either side of them.
+bool is_open(ivec3 from, ivec3 to) {
+    bvec3 stays = equal(from, to);
+    bool any_open = false;
+    for (uint sides = 0u; sides < 8u && !any_open; ++sides) {
+        uvec3 side = uvec3(sides, sides >> 1u, sides >> 2u) & 1u;
+        bool is_way = all(lessThanEqual(side, uvec3(stays)));
+        ivec3 first = clamp(min(from, to) - ivec3(side), ivec3(0), last_cube());
+        ivec3 last = mix(min(max(from, to) - 1, last_cube()), first, stays);
+        bool open = is_way;
+        for (int z = first.z; z <= last.z && open; ++z) {
+            for (int y = first.y; y <= last.y && open; ++y) {
+                for (int x = first.x; x <= last.x && open; ++x) {
+                    ivec3 cube = ivec3(x, y, z);
+                    open = has_memory(cube) && !is_cut(Cube(cube, vec3(0.0)));
+                }
+            }
+        }
+        any_open = open;
+    }
+    return any_open;
+}
+
+// The light of another node for a node on this side of the surfaces. `known` is false, and the light 0, where there is no node
+// with memory on this side, or the way to it may lead through a surface, or it holds a guess.
+Light light_of(ivec3 node, ivec3 from, uint side) {
     const Light NONE = Light(vec4(0.0), mat3(0.0), false);
-    if (!is_in_lattice(node) || !has_memory(node) || !is_on_side(node, side) || may_be_old(node)) {
+    if (!is_in_lattice(node) || !has_memory(node) || !is_on_side(node, side) || may_be_old(node)
+        || full_light && !is_open(from, node)) {
         return NONE;
     }
     ivec3 texel = node_texel(node);
@@ -59,7 +85,7 @@ Light mean_nearby(ivec3 node, uint side) {
     for (int k = 0; k < 27; ++k) {
         ivec3 offset = ivec3(k % 3, k / 3 % 3, k / 9) - 1;
         if (offset[push.axis] != 0) {
-            Light light = light_of(node + step * offset, side);
+            Light light = light_of(node + step * offset, node, side);
             count += float(light.known);
             sum.light += light.light;
             sum.flux += light.flux;
@@ -88,10 +114,10 @@ void main() {
     }
     // Where no surface stops light, there is no buffer of sides to read.
     uint side = full_light ? side_of_node(node) : 0u;
-    Light a = light_of(node - 3 * e, side);
-    Light b = light_of(node - e, side);
-    Light c = light_of(node + e, side);
-    Light d = light_of(node + 3 * e, side);
+    Light a = light_of(node - 3 * e, node, side);
+    Light b = light_of(node - e, node, side);
+    Light c = light_of(node + e, node, side);
+    Light d = light_of(node + 3 * e, node, side);
     ivec3 texel = node_texel(node);
     // Where no surface stops light, b is of the same brick, and known.
     if (full_light && !b.known && !c.known) {

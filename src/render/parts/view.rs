@@ -77,3 +77,23 @@ impl View {
         View { size, ..self }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rays_of_the_most_distant_eye_start_before_the_box() {
+        for distance in [1e3, 1e18, 3e38] {
+            let camera = Camera {
+                eye: [0.0, 0.0, distance],
+                target: [0.0; 3],
+                up: [0.0, 1.0, 0.0],
+                projection: Projection::Orthographic { height: 8.0 },
+            };
+            let View { start, .. } = View::new(&camera, [8, 8], 5.0);
+            assert_eq!(start[..2], [0.0; 2]);
+            assert!((5.0..6.0).contains(&start[2]), "{distance}: {start:?}");
+        }
+    }
+}

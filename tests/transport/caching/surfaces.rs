@@ -5,7 +5,7 @@ use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
 use crate::support::common::*;
-use crate::support::fields::field;
+use crate::support::fields::{field, indexed_field};
 
 fn black(value: f64) -> Isosurface {
     Isosurface {
@@ -53,6 +53,44 @@ fn nothing_leaks_through_a_wall_thinner_than_a_cell() {
             left > 0.01 && right < 1e-3 * left,
             "scale {scale}: {right} of {left}"
         );
+    }
+}
+
+/// Nodes within the room and around it are on sides of surfaces that count as the same: none apart, or four. A young cache
+/// must not interpolate between them.
+#[test]
+fn no_light_spreads_into_a_sealed_room() {
+    let of_shells = |voxel: [u32; 3]| voxel.map(|i| i.abs_diff(8)).into_iter().max();
+    let wall = |voxel| f32::from(of_shells(voxel) == Some(5));
+    let block = |voxel| f32::from(of_shells(voxel) <= Some(5));
+    let rooms = [
+        (indexed_field([17; 3], [1.0; 3], wall), &[0.5][..]),
+        (
+            indexed_field([17; 3], [1.0; 3], block),
+            &[0.2, 0.4, 0.6, 0.8],
+        ),
+    ];
+    for (volume, isovalues) in rooms {
+        let camera = Camera {
+            eye: [0.3, 0.2, 0.1],
+            target: [1.0, 0.4, 0.3],
+            up: [0.0, 1.0, 0.0],
+            projection: Projection::Perspective { fov_y: 90.0 },
+        };
+        let mut scene = empty_scene([16, 16], camera);
+        scene.medium = Some(uniform_medium(0.15, 0.95, 0.0));
+        scene.surfaces.light = LightModel::Full;
+        scene.surfaces.iso = isovalues.iter().map(|&value| black(value)).collect();
+        scene.lights.environment.radiance = [1.0; 3];
+        for scale in [1.0, 0.5] {
+            let mut cache = cached(&scene, &volume, scale, CacheFormat::F16, 16, 1);
+            let seen = mean_red(&cache.at_rest(1, 16).mean);
+            assert!(
+                seen < 1e-5,
+                "{} surfaces, scale {scale}: {seen}",
+                isovalues.len()
+            );
+        }
     }
 }
 

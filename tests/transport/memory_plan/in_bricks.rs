@@ -10,16 +10,17 @@ use crate::memory_plan::ladder::stated_bytes;
 use crate::memory_plan::{F16, F32, Kind, dense, plan, scene};
 
 /// Rays to suns would need bricks as well.
-fn without_suns() -> Scene {
+fn under_a_sky() -> Scene {
     let mut scene = scene();
     scene.lights.suns.clear();
+    scene.lights.environment.radiance = [1.0; 3];
     scene
 }
 
 /// The caches among which a trial decides.
 fn scales_and_bricks(budget: u64) -> Vec<(f64, u32)> {
     let device = crate::support::common::device();
-    let (volume, limits, scene) = (dense(192, Kind::U8), nvidia_8(), without_suns());
+    let (volume, limits, scene) = (dense(192, Kind::U8), nvidia_8(), under_a_sky());
     let planner = Planner::new(&device, &limits, budget, &volume, &scene);
     let choice = planner.choose().expect("a plan");
     let caches = planner.caches(&choice).expect("plans");
@@ -34,7 +35,7 @@ fn scales_and_bricks(budget: u64) -> Vec<(f64, u32)> {
 fn a_coarser_cache_is_tried_where_it_leaves_room_for_more_bricks() {
     let device = crate::support::common::device();
     let bytes = |rung| {
-        let scene = without_suns();
+        let scene = under_a_sky();
         let plan = plan(&device, &nvidia_8(), &dense(192, Kind::U8), &scene, rung);
         plan.expect("a plan").bytes()
     };
@@ -78,14 +79,14 @@ fn climb_by_promises(volume: &Volume, scene: &Scene) -> Vec<String> {
 
 #[test]
 fn what_is_next_better_is_true() {
-    let chosen = climb_by_promises(&dense(192, Kind::U16), &without_suns());
+    let chosen = climb_by_promises(&dense(192, Kind::U16), &under_a_sky());
     assert!(chosen.len() > 3, "{chosen:?}");
 }
 
 /// At the faces of the box, the medium is so dense that wide cubes are at its rim, and narrow ones are not.
 #[test]
 fn it_is_true_where_a_coarse_cache_needs_more_than_a_fine_one() {
-    let mut scene = without_suns();
+    let mut scene = under_a_sky();
     scene.render.size = [700, 600];
     scene.medium.as_mut().expect("a medium").density = 0.03;
     let volume = dense(192, Kind::U16);
