@@ -172,11 +172,11 @@ impl Frame {
                 recording.dispatch_groups(pass, bindings, push, begin, count)
             })
         })?;
-        let dearest_ms = slices.took(rows, count[axis], began.elapsed());
-        if dearest_ms.is_some() {
-            pass.dearest_ms.set(dearest_ms);
+        let is_last = slices.took(rows, count[axis], began.elapsed());
+        if is_last && let Some(ms) = slices.dearest_ms() {
+            pass.dearest_ms.set(Some(ms));
         }
-        Ok(dearest_ms.is_some())
+        Ok(is_last)
     }
 }
 

@@ -26,7 +26,7 @@ pub struct Slices {
     again: Option<u32>,
     /// Rows of the last slice, or 0.
     rows: u32,
-    /// What a workgroup has taken in the slice where it took longest, in milliseconds.
+    /// `dearest_ms()`, or 0.
     dearest_ms: f64,
 }
 
@@ -63,15 +63,24 @@ impl Slices {
         (self.begin, count.min(rows.all - self.begin))
     }
 
-    /// Goes on behind a slice of `count` rows, which took so long. Returns `dearest_ms` if that was the last.
-    pub(super) fn took(&mut self, rows: Rows, count: u32, time: Duration) -> Option<f64> {
-        let ms = time.as_secs_f64() * 1e3;
-        let workgroups = f64::from(count) * f64::from(rows.workgroups);
-        self.dearest_ms = self.dearest_ms.max(ms / workgroups);
+    /// Goes on behind a slice of `count` rows, which took so long. Returns whether it was the last.
+    pub(super) fn took(&mut self, rows: Rows, count: u32, time: Duration) -> bool {
+        // Some drivers finish compiling a pass when it first runs, which tells nothing of its rows.
+        let may_have_compiled = self.begin == 0 && rows.dearest_ms.is_none();
+        if !may_have_compiled {
+            let ms = time.as_secs_f64() * 1e3;
+            let workgroups = f64::from(count) * f64::from(rows.workgroups);
+            self.dearest_ms = self.dearest_ms.max(ms / workgroups);
+        }
         self.begin += count;
         self.rows = count;
         self.again = None;
-        (self.begin == rows.all).then_some(self.dearest_ms)
+        self.begin == rows.all
+    }
+
+    /// What a workgroup has taken in the slice where it took longest, in milliseconds, as far as is known.
+    pub(super) fn dearest_ms(&self) -> Option<f64> {
+        Some(self.dearest_ms).filter(|&ms| ms > 0.0)
     }
 
     /// Before the slice between `self` and `behind`, which runs again.
@@ -102,8 +111,8 @@ mod tests {
 
     const WORKGROUPS: u32 = 40;
 
-    /// Runs a pass again and again whose rows take so many milliseconds each, and each submission 0.1 more. Returns the
-    /// times of the slices of each run.
+    /// Runs a pass again and again whose rows take so many milliseconds each, each submission 0.1 more, and the first of all
+    /// 500 that are not in what is returned: the times of the slices of each run.
     fn runs(rows_ms: &[f64], target_ms: f64) -> [Vec<f64>; 3] {
         let mut dearest_ms = None;
         [(); 3].map(|()| {
@@ -119,8 +128,14 @@ mod tests {
                 let rows_ms = &rows_ms[begin as usize..][..count as usize];
                 let ms = 0.1 + rows_ms.iter().sum::<f64>();
                 times.push(ms);
-                dearest_ms = slices.took(rows, count, Duration::from_secs_f64(ms / 1e3));
-                if dearest_ms.is_some() {
+                let compiling = if dearest_ms.is_none() && begin == 0 {
+                    500.0
+                } else {
+                    0.0
+                };
+                let took = Duration::from_secs_f64((ms + compiling) / 1e3);
+                if slices.took(rows, count, took) {
+                    dearest_ms = slices.dearest_ms();
                     return times;
                 }
             }
