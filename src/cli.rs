@@ -134,7 +134,7 @@ pub struct RenderArgs {
     pub scene: SceneArgs,
 
     /// Output: .exr or .png (repeatable; by default STEM.png and STEM.exr here).
-    #[arg(short, long, value_name = "FILE", value_parser = picture)]
+    #[arg(short, long, value_name = "FILE", value_parser = picture())]
     output: Vec<PathBuf>,
 
     /// Stop after so many samples per pixel. Of several limits, the first that is reached counts.
@@ -166,7 +166,7 @@ pub struct RenderArgs {
     pub gpu: GpuArgs,
 
     /// Keep the render's state in this file; the same command goes on from it.
-    #[arg(long, value_name = "FILE.exr", value_parser = exr)]
+    #[arg(long, value_name = "FILE.exr", value_parser = exr())]
     pub checkpoint: Option<PathBuf>,
 
     /// Time between two checkpoints.
@@ -284,7 +284,7 @@ impl RenderArgs {
 #[derive(Debug, Args)]
 pub struct MergeArgs {
     /// The file to write.
-    #[arg(value_name = "OUT.exr", value_parser = exr)]
+    #[arg(value_name = "OUT.exr", value_parser = exr())]
     pub output: PathBuf,
 
     /// Pictures of `render --samples`, checkpoints, or what has been merged before.

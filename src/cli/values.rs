@@ -148,12 +148,12 @@ pub(super) fn samples(text: &str) -> Result<SampleRange, String> {
     ))
 }
 
-pub(super) fn picture(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    match Format::of(&path) {
+/// The name of a picture to write.
+pub(super) fn picture() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| match Format::of(&path) {
         Ok(_) => Ok(path),
-        Err(_) => Err("expected a file name that ends in .exr or .png".to_string()),
-    }
+        Err(_) => Err("expected a file name that ends in .exr or .png"),
+    })
 }
 
 /// The name of a file to write that is no picture. Nothing is written to the standard output: it may be a pipe, and files
@@ -168,12 +168,12 @@ pub(super) fn written() -> impl TypedValueParser<Value = PathBuf> {
     })
 }
 
-pub(super) fn exr(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    match Format::of(&path) {
+/// The name of an EXR.
+pub(super) fn exr() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| match Format::of(&path) {
         Ok(Format::Exr) => Ok(path),
-        _ => Err("expected a file name that ends in .exr".to_string()),
-    }
+        _ => Err("expected a file name that ends in .exr"),
+    })
 }
 
 pub(super) fn seconds(text: &str) -> Result<Duration, String> {

@@ -7,8 +7,8 @@
 //! results of the scan are kept.
 //!
 //! A store has its name from the volume's path and from the user's settings for it, so that a file that has changed
-//! gets its store replaced. Whether a store belongs to the volume is decided by its identity: the lengths and times
-//! of modification of all files, and everything else that affects a stored value.
+//! gets its store replaced. Whether a store belongs to the volume is decided by its identity: the lengths of all files and the
+//! times at which they have changed, and everything else that affects a stored value.
 //!
 //! A store is written under a temporary name and renamed once it is complete and on the disk ([`write`]). Two
 //! processes that copy one volume at a time write two files, and the later rename replaces a file by its equal. A
@@ -20,6 +20,7 @@ mod layout;
 mod write;
 
 use std::fmt;
+use std::fs::Metadata;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -108,8 +109,8 @@ impl Stores {
         identity.update(described.as_bytes());
         let header_file = path.is_file().then_some(&path);
         for file in header_file.into_iter().chain(files) {
-            let version = version(&std::fs::metadata(file).ok()?);
-            identity.update(format!("\n{file:?} {version:?}").as_bytes());
+            let state = state(&std::fs::metadata(file).ok()?);
+            identity.update(format!("\n{file:?} {state}").as_bytes());
         }
         Some(StoreFile {
             stores: self.clone(),
@@ -118,6 +119,19 @@ impl Stores {
             dims: region.dims,
         })
     }
+}
+
+/// What tells a file's content from another that it has had. Its time of modification may have been set, as by `cp -p` and by
+/// archives; that of its last change, if the system has one, cannot be.
+fn state(metadata: &Metadata) -> String {
+    #[cfg(unix)]
+    let changed = {
+        use std::os::unix::fs::MetadataExt;
+        Some((metadata.ctime(), metadata.ctime_nsec()))
+    };
+    #[cfg(not(unix))]
+    let changed: Option<(i64, i64)> = None;
+    format!("{:?} {changed:?}", version(metadata))
 }
 
 /// Where the store of one volume is, or would be.
@@ -155,4 +169,28 @@ impl StoreFile {
 pub(super) struct Keeping {
     pub store_file: StoreFile,
     pub extremes: Extremes,
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_content_is_noticed_whatever_time_the_file_is_given() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("voxels.raw");
+        let state_with = |content: &str| {
+            std::fs::write(&path, content).expect("a file");
+            let file = std::fs::File::options()
+                .write(true)
+                .open(&path)
+                .expect("a file");
+            file.set_modified(std::time::UNIX_EPOCH).expect("a time");
+            state(&file.metadata().expect("its metadata"))
+        };
+        let before = state_with("one");
+        // Longer than a tick of the clock by which the system dates changes.
+        std::thread::sleep(std::time::Duration::from_millis(50));
+        assert_ne!(state_with("two"), before);
+    }
 }
