@@ -44,9 +44,13 @@ float side_at_end(Span span) {
     return side;
 }
 
-// Whether extinction differs by more than `most` on the way from one of the voxels to a neighbour: a narrow tent of the
-// transfer function may lie between their values.
-bool has_jump(Voxels voxels, float most) {
+float longest_side() { // of a voxel
+    return max(scene.spacing.x, max(scene.spacing.y, scene.spacing.z));
+}
+
+// Whether extinction differs by more than `most` on the way from one of the voxels to a neighbour, between whose values a narrow
+// tent of the transfer function may lie, or bends by more than `most_bent` at one of them.
+bool has_jump(Voxels voxels, float most, float most_bent) {
     for (uint axis = 0u; axis < 3u; ++axis) {
         uvec3 axes = (axis + uvec3(0u, 1u, 2u)) % 3u;
         ivec3 voxel = voxels.low;
@@ -54,13 +58,16 @@ bool has_jump(Voxels voxels, float most) {
             for (voxel[axes.y] = voxels.low[axes.y]; voxel[axes.y] <= voxels.high[axes.y]; ++voxel[axes.y]) {
                 voxel[axes.x] = voxels.low[axes.x];
                 float last = volume_voxel(voxel);
+                vec2 lasts = vec2(sigma_t_of(last));
                 for (++voxel[axes.x]; voxel[axes.x] <= voxels.high[axes.x]; ++voxel[axes.x]) {
                     float value = volume_voxel(voxel);
                     vec2 sigma_t = sigma_t_between(min(last, value), max(last, value));
-                    if (sigma_t.y - sigma_t.x > most) {
+                    float here = sigma_t_of(value);
+                    if (sigma_t.y - sigma_t.x > most || abs(lasts.x - 2.0 * lasts.y + here) > most_bent) {
                         return true;
                     }
                     last = value;
+                    lasts = vec2(lasts.y, here);
                 }
             }
         }
@@ -70,12 +77,17 @@ bool has_jump(Voxels voxels, float most) {
 
 // The least difference of extinction between two neighbouring voxels at which the medium counts as ending there.
 float least_jump() {
-    return JUMP_DEPTH / max(scene.spacing.x, max(scene.spacing.y, scene.spacing.z));
+    return JUMP_DEPTH / longest_side();
+}
+
+// The least second difference of extinction in a row of three voxels at which it does so.
+float least_bend() {
+    return BEND_DEPTH / longest_side();
 }
 
 // Whether neighbours with extinctions in this range may differ so much.
 bool may_jump(vec2 sigma_t) {
-    return sigma_t.y - sigma_t.x > least_jump();
+    return sigma_t.y - sigma_t.x > min(least_jump(), 0.5 * least_bend());
 }
 
 bool may_mark(Span span) {
@@ -94,7 +106,7 @@ uint marks_of(ivec3 cube) {
     // Voxels beyond the first ones of the next cube belong to that cube as well, and are tested there.
     Voxels voxels = voxels_of(cube);
     voxels.high = mix(voxels_of(cube + 1).low, voxels.high, span.ends);
-    bool jumps = may_jump(sigma_t_range(range_of_voxels(voxels))) && has_jump(voxels, least_jump());
+    bool jumps = may_jump(sigma_t_range(range_of_voxels(voxels))) && has_jump(voxels, least_jump(), least_bend());
     return jumps ? SURROUNDINGS_MARKED : at_end;
 }
 

@@ -51,6 +51,9 @@ constants! {
     /// A dense medium ends between two neighbouring voxels if their extinctions, times the longest side of a voxel, differ
     /// by more than this (rim_cubes.comp). Clouds whose extinction is smooth stay below.
     pub const JUMP_DEPTH: f32 as float = 0.4;
+    /// It ends at a voxel, too, if these differences to the voxels before and behind it differ from each other by more than
+    /// this. In a cloud, extinction may rise as steeply as at an edge, but it does not begin to do so all at once.
+    pub const BEND_DEPTH: f32 as float = 0.28;
     /// If the optical depth of a voxel at the majorant exceeds this, the steps of a march adapt to the extinction that is
     /// found along the ray, instead of to the majorant (march.glsl).
     pub const DENSE_DEPTH: f32 as float = 2.0;

@@ -13,7 +13,7 @@ use super::occupancy::Occupancy;
 use crate::error::{MemoryError, Result};
 use crate::render::packed::{self, pack, position, unpack};
 use crate::render::parts::Parts;
-use crate::render::shared::{BRICK, JUMP_DEPTH, NO_PLACE, RIM_DEPTH};
+use crate::render::shared::{BEND_DEPTH, BRICK, JUMP_DEPTH, NO_PLACE, RIM_DEPTH};
 use crate::scene::CacheFormat;
 
 /// The share of bricks with memory that may be of no use before the others get smaller images.
@@ -227,7 +227,7 @@ impl CacheLayout {
         };
         let densest = parts.medium.largest_extinction();
         densest * at_clips.max(at_faces) > RIM_DEPTH
-            || densest * parts.field.largest_spacing() > JUMP_DEPTH
+            || densest * parts.field.largest_spacing() > JUMP_DEPTH.min(0.5 * BEND_DEPTH)
     }
 }
 
