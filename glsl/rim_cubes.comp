@@ -49,21 +49,24 @@ float longest_side() { // of a voxel
 }
 
 // Whether extinction differs by more than `most` on the way from one of the voxels to a neighbour, between whose values a narrow
-// tent of the transfer function may lie, or bends by more than `most_bent` at one of them.
+// tent of the transfer function may lie, or bends by more than `most_bent` at one of them but the last.
 bool has_jump(Voxels voxels, float most, float most_bent) {
     for (uint axis = 0u; axis < 3u; ++axis) {
         uvec3 axes = (axis + uvec3(0u, 1u, 2u)) % 3u;
         ivec3 voxel = voxels.low;
         for (voxel[axes.z] = voxels.low[axes.z]; voxel[axes.z] <= voxels.high[axes.z]; ++voxel[axes.z]) {
             for (voxel[axes.y] = voxels.low[axes.y]; voxel[axes.y] <= voxels.high[axes.y]; ++voxel[axes.y]) {
-                voxel[axes.x] = voxels.low[axes.x];
+                // Before the volume's first voxel, the field is that voxel's.
+                voxel[axes.x] = max(voxels.low[axes.x] - 1, 0);
                 float last = volume_voxel(voxel);
                 vec2 lasts = vec2(sigma_t_of(last));
-                for (++voxel[axes.x]; voxel[axes.x] <= voxels.high[axes.x]; ++voxel[axes.x]) {
+                for (voxel[axes.x] = voxels.low[axes.x]; voxel[axes.x] <= voxels.high[axes.x]; ++voxel[axes.x]) {
                     float value = volume_voxel(voxel);
                     vec2 sigma_t = sigma_t_between(min(last, value), max(last, value));
-                    float here = sigma_t_of(value);
-                    if (sigma_t.y - sigma_t.x > most || abs(lasts.x - 2.0 * lasts.y + here) > most_bent) {
+                    // What is farthest from the last voxel's, at this one or on the way to it.
+                    float here = lasts.y - sigma_t.x > sigma_t.y - lasts.y ? sigma_t.x : sigma_t.y;
+                    bool jumps = sigma_t.y - sigma_t.x > most || abs(lasts.x - 2.0 * lasts.y + here) > most_bent;
+                    if (jumps && voxel[axes.x] > voxels.low[axes.x]) {
                         return true;
                     }
                     last = value;
@@ -80,14 +83,16 @@ float least_jump() {
     return JUMP_DEPTH / longest_side();
 }
 
-// The least second difference of extinction in a row of three voxels at which it does so.
+// The least second difference of extinction, in a row of three voxels, at which it does so: a cloud's smooth extinction may
+// rise as steeply as at an edge, but it does not begin to do so all at once.
 float least_bend() {
     return BEND_DEPTH / longest_side();
 }
 
-// Whether neighbours with extinctions in this range may differ so much.
+// Whether neighbours with extinctions in this range may differ so much. (Within less than that, they bend by up to twice as much
+// at a film's voxel: such films stay with the cache.)
 bool may_jump(vec2 sigma_t) {
-    return sigma_t.y - sigma_t.x > min(least_jump(), 0.5 * least_bend());
+    return sigma_t.y - sigma_t.x > min(least_jump(), least_bend());
 }
 
 bool may_mark(Span span) {
@@ -106,7 +111,8 @@ uint marks_of(ivec3 cube) {
     // Voxels beyond the first ones of the next cube belong to that cube as well, and are tested there.
     Voxels voxels = voxels_of(cube);
     voxels.high = mix(voxels_of(cube + 1).low, voxels.high, span.ends);
-    bool jumps = may_jump(sigma_t_range(range_of_voxels(voxels))) && has_jump(voxels, least_jump(), least_bend());
+    Voxels and_before = Voxels(max(voxels.low - 1, 0), voxels.high);
+    bool jumps = may_jump(sigma_t_range(range_of_voxels(and_before))) && has_jump(voxels, least_jump(), least_bend());
     return jumps ? SURROUNDINGS_MARKED : at_end;
 }
 

@@ -227,7 +227,7 @@ impl CacheLayout {
         };
         let densest = parts.medium.largest_extinction();
         densest * at_clips.max(at_faces) > RIM_DEPTH
-            || densest * parts.field.largest_spacing() > JUMP_DEPTH.min(0.5 * BEND_DEPTH)
+            || densest * parts.field.largest_spacing() > JUMP_DEPTH.min(BEND_DEPTH)
     }
 }
 
