@@ -49,24 +49,25 @@ float longest_side() { // of a voxel
 }
 
 // Whether extinction differs by more than `most` on the way from one of the voxels to a neighbour, between whose values a narrow
-// tent of the transfer function may lie, or bends by more than `most_bent` at one of them but the last.
+// tent of the transfer function may lie, or bends by more than `most_bent` at one of them. Not at the outer ones, since the voxels
+// beyond may lie in other bricks of the volume; of the two that an edge lies between, one is no outer one at scales below 1.
 bool has_jump(Voxels voxels, float most, float most_bent) {
     for (uint axis = 0u; axis < 3u; ++axis) {
         uvec3 axes = (axis + uvec3(0u, 1u, 2u)) % 3u;
         ivec3 voxel = voxels.low;
         for (voxel[axes.z] = voxels.low[axes.z]; voxel[axes.z] <= voxels.high[axes.z]; ++voxel[axes.z]) {
             for (voxel[axes.y] = voxels.low[axes.y]; voxel[axes.y] <= voxels.high[axes.y]; ++voxel[axes.y]) {
-                // Before the volume's first voxel, the field is that voxel's.
-                voxel[axes.x] = max(voxels.low[axes.x] - 1, 0);
+                voxel[axes.x] = voxels.low[axes.x];
                 float last = volume_voxel(voxel);
                 vec2 lasts = vec2(sigma_t_of(last));
-                for (voxel[axes.x] = voxels.low[axes.x]; voxel[axes.x] <= voxels.high[axes.x]; ++voxel[axes.x]) {
+                for (++voxel[axes.x]; voxel[axes.x] <= voxels.high[axes.x]; ++voxel[axes.x]) {
                     float value = volume_voxel(voxel);
                     vec2 sigma_t = sigma_t_between(min(last, value), max(last, value));
                     // What is farthest from the last voxel's, at this one or on the way to it.
                     float here = lasts.y - sigma_t.x > sigma_t.y - lasts.y ? sigma_t.x : sigma_t.y;
-                    bool jumps = sigma_t.y - sigma_t.x > most || abs(lasts.x - 2.0 * lasts.y + here) > most_bent;
-                    if (jumps && voxel[axes.x] > voxels.low[axes.x]) {
+                    bool has_three = voxel[axes.x] > voxels.low[axes.x] + 1;
+                    bool bends = has_three && abs(lasts.x - 2.0 * lasts.y + here) > most_bent;
+                    if (bends || sigma_t.y - sigma_t.x > most) {
                         return true;
                     }
                     last = value;
@@ -111,8 +112,7 @@ uint marks_of(ivec3 cube) {
     // Voxels beyond the first ones of the next cube belong to that cube as well, and are tested there.
     Voxels voxels = voxels_of(cube);
     voxels.high = mix(voxels_of(cube + 1).low, voxels.high, span.ends);
-    Voxels and_before = Voxels(max(voxels.low - 1, 0), voxels.high);
-    bool jumps = may_jump(sigma_t_range(range_of_voxels(and_before))) && has_jump(voxels, least_jump(), least_bend());
+    bool jumps = may_jump(sigma_t_range(range_of_voxels(voxels))) && has_jump(voxels, least_jump(), least_bend());
     return jumps ? SURROUNDINGS_MARKED : at_end;
 }
 

@@ -4,7 +4,7 @@ use fastrand::Rng;
 use glam::DVec3;
 use isolume::gpu::*;
 use isolume::output::display::display_value;
-use isolume::render::shared::{self, BRICK, GATHERED, JUMP_DEPTH, MACROCELL, RIM_DEPTH};
+use isolume::render::shared::{self, BEND_DEPTH, BRICK, GATHERED, MACROCELL, RIM_DEPTH};
 use isolume::render::{Batch, GpuScene, Renderer, ToneMapPush, Until, batch_gathers};
 use isolume::scene::volume::Volume;
 use isolume::scene::*;
@@ -275,7 +275,7 @@ fn host_and_shader_agree_on_when_a_medium_has_rims() {
     for (what, voxels, clips, least) in [
         ("a face", 0..48, vec![], rim / sides.max_element()),
         ("a plane", 16..32, vec![across], rim / sides.length()),
-        ("a jump", 16..32, vec![], f64::from(JUMP_DEPTH) / spacing[0]),
+        ("a jump", 16..32, vec![], f64::from(BEND_DEPTH) / spacing[0]),
     ] {
         for has_rims in [false, true] {
             let extinction = least * if has_rims { 1.01 } else { 0.99 };
