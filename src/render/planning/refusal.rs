@@ -14,11 +14,7 @@ impl InBricks<'_> {
     pub(super) fn refusal(&self) -> Result<Option<MemoryError>> {
         let planner = self.planner;
         let Some(without_cache) = self.smallest_of_both(&planner.uncached)? else {
-            // The limit that is in the way of bricks; that of the whole volume is not the reason.
-            return match self.smallest(&planner.uncached) {
-                Err(Error::Memory(limit)) => Ok(Some(limit)),
-                other => other.map(|_| None),
-            };
+            return Ok(None);
         };
         if let Some(coarsest) = self.rungs.last()
             && let Err(why) = &coarsest.layout
