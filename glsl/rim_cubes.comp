@@ -48,10 +48,23 @@ float longest_side() { // of a voxel
     return max(scene.spacing.x, max(scene.spacing.y, scene.spacing.z));
 }
 
-// Whether extinction differs by more than `most` on the way from one of the voxels to a neighbour, between whose values a narrow
-// tent of the transfer function may lie, or bends by more than `most_bent` at one of them. Not at the outer ones, since the voxels
-// beyond may lie in other bricks of the volume; of the two that an edge lies between, one is no outer one at scales below 1.
-bool has_jump(Voxels voxels, float most, float most_bent) {
+// The least difference of extinction between two neighbouring voxels at which the medium counts as ending there.
+float least_jump() {
+    return JUMP_DEPTH / longest_side();
+}
+
+// The least second difference of extinction, in a row of three voxels, at which it does so: a cloud's smooth extinction may
+// rise as steeply as at an edge, but it does not begin to do so all at once.
+float least_bend() {
+    return BEND_DEPTH / longest_side();
+}
+
+// Whether extinction differs by more than `least_jump` on the way from one of the voxels to a neighbour, between whose values a
+// narrow tent of the transfer function may lie, or bends by more than `least_bend` at one of them. Not at the outer ones, since the
+// voxels beyond may lie in other bricks of the volume; of the two that an edge lies between, one is no outer one at scales below 1.
+bool has_jump(Voxels voxels) {
+    float most = least_jump();
+    float most_bent = least_bend();
     for (uint axis = 0u; axis < 3u; ++axis) {
         uvec3 axes = (axis + uvec3(0u, 1u, 2u)) % 3u;
         ivec3 voxel = voxels.low;
@@ -79,17 +92,6 @@ bool has_jump(Voxels voxels, float most, float most_bent) {
     return false;
 }
 
-// The least difference of extinction between two neighbouring voxels at which the medium counts as ending there.
-float least_jump() {
-    return JUMP_DEPTH / longest_side();
-}
-
-// The least second difference of extinction, in a row of three voxels, at which it does so: a cloud's smooth extinction may
-// rise as steeply as at an edge, but it does not begin to do so all at once.
-float least_bend() {
-    return BEND_DEPTH / longest_side();
-}
-
 // Whether neighbours with extinctions in this range may differ so much. (Within less than that, they bend by up to twice as much
 // at a film's voxel: such films stay with the cache.)
 bool may_jump(vec2 sigma_t) {
@@ -112,7 +114,7 @@ uint marks_of(ivec3 cube) {
     // Voxels beyond the first ones of the next cube belong to that cube as well, and are tested there.
     Voxels voxels = voxels_of(cube);
     voxels.high = mix(voxels_of(cube + 1).low, voxels.high, span.ends);
-    bool jumps = may_jump(sigma_t_range(range_of_voxels(voxels))) && has_jump(voxels, least_jump(), least_bend());
+    bool jumps = may_jump(sigma_t_range(range_of_voxels(voxels))) && has_jump(voxels);
     return jumps ? SURROUNDINGS_MARKED : at_end;
 }
 

@@ -38,9 +38,9 @@ bool is_open(ivec3 from, ivec3 to) {
     bvec3 stays = equal(from, to);
     bool any_open = false;
     for (uint sides = 0u; sides < 8u && !any_open; ++sides) {
-        uvec3 side = uvec3(sides, sides >> 1u, sides >> 2u) & 1u;
-        bool is_way = all(lessThanEqual(side, uvec3(stays)));
-        ivec3 first = clamp(min(from, to) - ivec3(side), ivec3(0), last_cube());
+        uvec3 before = uvec3(sides, sides >> 1u, sides >> 2u) & 1u;
+        bool is_way = all(lessThanEqual(before, uvec3(stays)));
+        ivec3 first = clamp(min(from, to) - ivec3(before), ivec3(0), last_cube());
         ivec3 last = mix(min(max(from, to) - 1, last_cube()), first, stays);
         bool open = is_way;
         for (int z = first.z; z <= last.z && open; ++z) {

@@ -392,6 +392,15 @@ fn an_edit_of_a_material_leaves_nothing_stale() {
     assert_eq!(not_in_place, ["surfaces.normals=\"analytic\""]);
 }
 
+/// In the dark no cache is of use, so that `auto` takes none; it is planned for as soon as a light shines.
+#[test]
+fn an_edit_that_brings_light_makes_a_cache_possible() {
+    let light = "[[light]]\ntype = \"environment\"\nradiance = [0.0, 0.0, 0.0]";
+    let edits = ["light.0.radiance=[0.5, 0.5, 0.5]", "medium.density=0.3"];
+    let dark = format!("{INSIDE}{light}");
+    assert_eq!(assert_nothing_stale(&dark, &edits, ball(40)), [edits[0]]);
+}
+
 /// Where the medium meets a face, cubes at the rim are left to paths, which other passes do.
 #[test]
 fn an_edit_by_which_the_medium_meets_the_faces_leaves_nothing_stale() {
