@@ -125,7 +125,6 @@ fn sigterm_ends_a_render_as_ctrl_c_does() {
     folder.exr("a.exr");
 }
 
-/// As `timeout -s INT` sends it, to the program and to its group.
 /// Opening a pipe waits for a reader. That must not outlast a scheduler's SIGTERM.
 #[test]
 fn sigterm_ends_a_render_into_a_pipe_that_nobody_reads() {
@@ -144,6 +143,7 @@ fn sigterm_ends_a_render_into_a_pipe_that_nobody_reads() {
     );
 }
 
+/// As `timeout -s INT` sends it, to the program and to its group.
 #[test]
 fn ctrl_c_twice_at_once_is_one() {
     let folder = Folder::new();

@@ -197,6 +197,9 @@ fn a_sun_that_grazes_a_clip_plane() {
 #[test]
 fn light_behind_a_sharp_edge_within_the_volume() {
     for (depth, margin, limits, in_motion) in [
+        (0.3, 4, [0.005, 0.015], [-0.005..0.005, -0.005..0.005]),
+        (0.6, 4, [0.006; 2], [-0.01..0.005, -0.03..0.005]),
+        (4.0, 4, [0.01; 2], [-0.21..0.005, -0.21..0.005]),
         (0.3, 3, [0.006; 2], [-0.01..0.01, -0.01..0.05]),
         (0.6, 3, [0.006; 2], [-0.01..0.005, -0.005..0.1]),
         (4.0, 3, [0.01; 2], [-0.21..0.005, -0.005..0.45]),
@@ -210,7 +213,7 @@ fn light_behind_a_sharp_edge_within_the_volume() {
         scene.medium = Some(Medium::isotropic(depth, step.to_vec()));
         scene.lights.environment.radiance = [1.0; 3];
         scene.lights.suns = vec![sun([0.3, -0.8, -0.5])];
-        let what = format!("a sharp edge, optical depth {depth} a voxel");
+        let what = format!("a sharp edge {margin} voxels within, optical depth {depth} a voxel");
         assert_agrees(&what, &scene, &padded(margin), [4, 256], limits, in_motion);
     }
 }
