@@ -1,7 +1,7 @@
 // Paths from the cache's nodes: estimates of the light that arrives there, averaged over directions.
 //
-// A path begins at a node as if it had just collided there in an isotropic medium: with a shadow ray, and in a
-// direction that is uniform over the sphere. The path's light goes to the node's mean and flux; the light of the
+// A path begins at a node, or in a film near it (node_start.glsl), as if it had just collided there in an isotropic medium:
+// with a shadow ray, and in a direction that is uniform over the sphere. The path's light goes to the node's mean and flux; the light of the
 // first shadow ray, if it went to a sun, goes to the suns' transmittance. Slots take parts of a node's paths from a queue
 // (slot_loop.glsl, turns.glsl); merge_parts.comp adds up the parts.
 //
@@ -15,6 +15,7 @@
 #include "cache.glsl"
 #include "gathering.glsl"
 #include "light.glsl"
+#include "node_start.glsl"
 #include "nodes.glsl"
 #include "path.glsl"
 #include "phase.glsl"
@@ -107,7 +108,8 @@ bool begin_item(inout Path path) {
     uint first = turn.part * most;
     path.samples_left = is_in_lattice(node) ? min(most, turn.paths - first) : 0u;
     path.sample_index = NODE_SAMPLES + turn.paths_before + first - 1u;
-    slot_node.node = node;
+    slot_node.start = node_position(node);
+    slot_node.reach = path.samples_left > 0u ? reach_of(node, index < push.coarse_turns) : 0.0;
     slot_node.item = item;
     slot_node.gathers = gathers(turn, push.nodes_half) ? 1u : 0u;
     slot_node.sums = NodeSums(vec4(0.0), mat3(0.0));
@@ -131,8 +133,12 @@ void begin_sample(inout Path path) {
     --path.samples_left;
     ++path.sample_index;
     begin_path(path);
-    path.origin = node_position(slot_node.node);
     Random random = random_of(path);
+    if (slot_node.reach > 0.0) {
+        slot_node.start = start_around(slot_node.start, slot_node.reach, random);
+        slot_node.reach = 0.0;
+    }
+    path.origin = slot_node.start;
     if (has_light_sampling) {
         ask_for_light(path, random);
     }

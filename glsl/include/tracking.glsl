@@ -89,10 +89,13 @@ Corners corners_read(ivec3 cell) {
     return volume_corners(cell);
 }
 
-float lookup(Ray ray, float t) {
-    vec3 g = ray.origin + t * ray.step;
+float lookup_at(vec3 g) {
     vec3 cell = floor(g);
     return value_in(corners_read(ivec3(cell)), g - cell);
+}
+
+float lookup(Ray ray, float t) {
+    return lookup_at(ray.origin + t * ray.step);
 }
 
 // V at a tentative collision. Where opacity is linear in V, one of the eight voxels around is picked, with its

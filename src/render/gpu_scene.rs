@@ -194,6 +194,7 @@ impl GpuScene {
             g: medium.g,
             transfer_segments: medium.segments(),
             transfer_bins: medium.bins(),
+            has_tents: medium.has_tents() as u32,
             color: medium.first_color(),
             linear_opacity: medium.linear_opacity.unwrap_or_default(),
             max_bounces: *max_bounces,

@@ -46,6 +46,8 @@ shared! {
         pub transfer_segments: uint,
         /// The stored value at which bins of values begin, and how many there are in a unit (parts/transfer_table.rs).
         pub transfer_bins: vec2,
+        /// Not 0: opacity rises and falls again as values grow.
+        pub has_tents: uint,
         /// Colour of all points of the transfer function if `has_one_color`.
         pub color: vec3,
         /// If `is_linear`: the stored value at the lower end of the line, the opacity there, and the slope.
@@ -272,7 +274,10 @@ shared! {
 
     /// The node that a slot is working on.
     pub struct SlotNode {
-        pub node: ivec3,
+        /// Where the item's paths begin, in grid space: the node, or a place around it.
+        pub start: vec3,
+        /// How far from the node that place may be along each axis, in steps of the lattice; 0 once it is known.
+        pub reach: float,
         /// Where the sums go.
         pub item: uint,
         /// Direction in which the path under way left the node.

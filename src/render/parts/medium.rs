@@ -91,6 +91,14 @@ impl Medium {
         self.transfer.iter().all(|point| is_grey(point.color))
     }
 
+    /// Whether opacity rises and falls again as values grow, so that the medium may be a film between two materials.
+    pub fn has_tents(&self) -> bool {
+        let opacities = self.transfer.iter().map(|point| point.opacity);
+        let mut slopes = opacities.clone().zip(opacities.skip(1));
+        let rises = slopes.any(|(a, b)| a < b);
+        rises && slopes.any(|(a, b)| a > b)
+    }
+
     /// The largest extinction that the transfer function allows, per world unit.
     pub fn largest_extinction(&self) -> f32 {
         self.density * largest_opacity(&self.transfer)

@@ -78,7 +78,12 @@ fn no_light_spreads_into_a_sealed_room() {
             projection: Projection::Perspective { fov_y: 90.0 },
         };
         let mut scene = empty_scene([16, 16], camera);
-        scene.medium = Some(uniform_medium(0.15, 0.95, 0.0));
+        let medium = [(-1.0, 0.9), (0.5, 1.0), (2.0, 0.9)].map(|(value, opacity)| TransferPoint {
+            value,
+            opacity,
+            color: [0.95; 3],
+        });
+        scene.medium = Some(Medium::isotropic(0.15, medium.to_vec()));
         scene.surfaces.light = LightModel::Full;
         scene.surfaces.iso = isovalues.iter().map(|&value| black(value)).collect();
         scene.lights.environment.radiance = [1.0; 3];
