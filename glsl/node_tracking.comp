@@ -134,7 +134,7 @@ void begin_sample(inout Path path) {
     ++path.sample_index;
     begin_path(path);
     Random random = random_of(path);
-    if (slot_node.reach > 0.0) {
+    if (has_tents) {
         slot_node.start = start_around(slot_node.start, slot_node.reach, random);
         slot_node.reach = 0.0;
     }

@@ -13,6 +13,7 @@
 
 #include "scene.glsl"
 #include "cache.glsl"
+#include "loop.glsl"
 #include "medium.glsl"
 #include "nodes.glsl"
 #include "pages.glsl"
@@ -34,7 +35,7 @@ bool is_free_of_surfaces(ivec3 node) {
 // How far from a node its paths may begin, along each axis, in steps of the lattice: as far as the node counts in an
 // interpolation. Where surfaces stop light, a path must begin on the node's side of them.
 float reach_of(ivec3 node, bool is_coarse) {
-    if (scene.has_tents == 0u || full_light && !is_free_of_surfaces(node)) {
+    if (!has_tents || full_light && !is_free_of_surfaces(node)) {
         return 0.0;
     }
     return is_coarse && !full_light ? 2.0 : 1.0;
@@ -55,13 +56,19 @@ vec3 start_around(vec3 node, float reach, inout Random random) {
     vec3 sides = reach * scene.cache_step;
     vec3 start = node;
     float sum = 0.0;
-    for (uint k = 0u; k < POINTS; ++k) {
+    uint k = 0u;
+    // Lavapipe would execute a branch around this for every path, and executes one turn of a loop.
+    LOOP {
+        if (k == POINTS || reach == 0.0) {
+            break;
+        }
         vec4 u = random_numbers(random);
         vec3 octant = vec3(uvec3(k, k >> 1u, k >> 2u) & 1u) * 2.0 - 1.0;
         vec3 point = node + octant * sides * (1.0 - sqrt(u.xyz));
         float sigma_t = sigma_t_within(point);
         sum += sigma_t;
         start = u.w * sum < sigma_t ? point : start;
+        ++k;
     }
     vec3 across = 2.0 * sides * scene.spacing;
     float depth = sum / float(POINTS) * max(across.x, max(across.y, across.z));

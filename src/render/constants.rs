@@ -46,8 +46,8 @@ constants! {
     pub const MARCH_CACHED: u32 as uint = 1;
     pub const MARCH_AT_REST: u32 as uint = 2;
     /// A cube of the cache at a face of the box or at a clip plane is at the rim if the medium's optical depth across it
-    /// exceeds this (rim_cubes.comp).
-    pub const RIM_DEPTH: f32 as float = 0.15;
+    /// exceeds this (rim_cubes.comp): 0.15 across the cubes twice as wide with which bricks begin (coarse.glsl).
+    pub const RIM_DEPTH: f32 as float = 0.075;
     /// A dense medium ends between two neighbouring voxels if their extinctions, times the longest side of a voxel, differ
     /// by more than this (rim_cubes.comp). Clouds whose extinction is smooth stay below.
     pub const JUMP_DEPTH: f32 as float = 0.4;

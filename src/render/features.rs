@@ -48,6 +48,8 @@ specialization! {
         pub flux_columns: uint,
         /// A dense medium may end at a face of the box, at a clip plane or between two voxels (`rim_cubes.comp`).
         pub has_rim_cubes: bool,
+        /// There is a cache, and opacity rises and falls again as values grow (`node_start.glsl`).
+        pub has_tents: bool,
         /// The march of a picture at rest may leave light to paths (`tail_tracking.comp`).
         pub has_tails: bool,
         /// Bits of a voxel on the GPU.

@@ -138,6 +138,7 @@ impl GpuScene {
         features.has_tails =
             features.is_marched() && (features.surface_count > 0 || features.has_rim_cubes);
         let has_cache = features.first_cached_collision > 0;
+        features.has_tents = has_cache && medium.has_tents();
         features.suns_differ = has_cache
             && lights.suns.len() > 1
             && (features.is_anisotropic || !lights.suns_have_one_color());
@@ -194,7 +195,6 @@ impl GpuScene {
             g: medium.g,
             transfer_segments: medium.segments(),
             transfer_bins: medium.bins(),
-            has_tents: medium.has_tents() as u32,
             color: medium.first_color(),
             linear_opacity: medium.linear_opacity.unwrap_or_default(),
             max_bounces: *max_bounces,

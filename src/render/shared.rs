@@ -46,8 +46,6 @@ shared! {
         pub transfer_segments: uint,
         /// The stored value at which bins of values begin, and how many there are in a unit (parts/transfer_table.rs).
         pub transfer_bins: vec2,
-        /// Not 0: opacity rises and falls again as values grow.
-        pub has_tents: uint,
         /// Colour of all points of the transfer function if `has_one_color`.
         pub color: vec3,
         /// If `is_linear`: the stored value at the lower end of the line, the opacity there, and the slope.

@@ -157,16 +157,20 @@ fn a_flat_box_from_the_side() {
     assert!(error < 0.007 && bias.abs() < 0.02, "{bias} ± {error}");
 }
 
-/// A cache that has had few paths still has light of the coarse lattice, of which the nodes between would get too much.
+/// A cache that has had few paths still has light of the coarse lattice, of which the nodes between would get too much, or, in a
+/// thin medium, too little.
 #[test]
 fn light_behind_the_faces_in_a_young_cache() {
-    for g in [0.0, 0.3] {
-        let mut scene = scene(0.9);
-        scene.medium = Some(uniform_medium(0.9, 0.7, g));
+    for (depth, albedo, g, limit, in_motion) in [
+        (0.9, 0.7, 0.0, 0.006, [-0.45..0.005, -0.67..0.005]),
+        (0.9, 0.7, 0.3, 0.006, [-0.45..0.005, -0.67..0.005]),
+        (0.14, 0.05, 0.0, 0.015, [-0.08..0.005, -0.16..0.005]),
+    ] {
+        let mut scene = scene(depth);
+        scene.medium = Some(uniform_medium(depth, albedo, g));
         scene.lights.environment.radiance = [1.0; 3];
-        let what = format!("16 paths a node, g = {g}");
-        let in_motion = [-0.45..0.005, -0.67..0.005];
-        assert_agrees(&what, &scene, &full(), [8, 16], [0.006; 2], in_motion);
+        let what = format!("16 paths a node, optical depth {depth} a voxel, g = {g}");
+        assert_agrees(&what, &scene, &full(), [8, 16], [limit; 2], in_motion);
     }
 }
 

@@ -88,7 +88,7 @@ fn what_is_next_better_is_true() {
 fn it_is_true_where_a_coarse_cache_needs_more_than_a_fine_one() {
     let mut scene = under_a_sky();
     scene.render.size = [700, 600];
-    scene.medium.as_mut().expect("a medium").density = 0.03;
+    scene.medium.as_mut().expect("a medium").density = 0.015;
     let volume = dense(192, Kind::U16);
     let device = crate::support::common::device();
     let bytes = |scale| {
