@@ -74,6 +74,17 @@ struct Passage {
     int crossed; // the first surface in their order that the ray crosses here, or NOTHING as far as is known
 };
 
+// More than the rounding of a position on a ray, in voxels.
+float position_error(Ray ray, float t) {
+    vec3 farthest = abs(ray.origin) + t * abs(ray.step);
+    return exp2(-21.0) * max(farthest.x, max(farthest.y, farthest.z));
+}
+
+// The share of a cell's range of values by which a field that touches an isovalue is raised: more than the cubic's rounding.
+const float RAISED_BY = exp2(-21.0);
+// The raised field is the isovalue so close to a side of the cell, except where it is flat.
+const float NEAR_A_SIDE = 1e-4;
+
 // The first u ∈ [0, 1] of a passage at which it crosses the surface; > 1 if there is none. Unless `exactly`, the
 // beginning of the interval in which the crossing lies.
 float change_of(Ray ray, Passage passage, uint surface, bool exactly, inout uint inside) {
@@ -82,7 +93,11 @@ float change_of(Ray ray, Passage passage, uint surface, bool exactly, inout uint
     Cell relative = cell_of(passage.corners);
     precise float above = relative.c - value; // exact for integers, and here the digits are needed
     precise float above_exactly = above - isovalue_rest(surface);
-    relative.c = above_exactly;
+    vec2 range = corner_range(passage.corners);
+    // Where the isovalue is that of the cell's largest voxels, as in a mask, the field only touches it, at sides of the cell, and
+    // rounding alone would tell whether a ray meets a structure that is a voxel thin.
+    bool touches = range.y == value;
+    relative.c = above_exactly + (touches ? RAISED_BY * (range.y - range.x) : 0.0);
     vec3 a = local_position(ray, passage.t0, vec3(passage.cell));
     vec4 c = cell_cubic(relative, a, ray.step * (passage.t1 - passage.t0));
     bool starts_here = int(surface) == passage.start_surface;
@@ -100,15 +115,21 @@ float change_of(Ray ray, Passage passage, uint surface, bool exactly, inout uint
     if (starts_here) {
         c = vec4(c.yzw, 0.0);
     }
-    vec2 range = corner_range(passage.corners);
     if (!starts_here && (range.x >= value || range.y < value)) {
         return (range.x >= value) != is_inside ? 0.0 : 2.0;
+    }
+    if (touches && !starts_here && !is_inside && c.x >= 0.0) {
+        return 0.0; // the previous passage ended before the side of the cell, by rounding
     }
     Change change = first_change(c, is_inside);
     if (!change.exists) {
         return 2.0;
     }
-    return exactly ? refine(c, change.low, change.high, is_inside) : change.low;
+    if (!exactly) {
+        return change.low;
+    }
+    float u = refine(c, change.low, change.high, is_inside);
+    return touches && abs(u - round(u)) > NEAR_A_SIDE ? round(u) : u;
 }
 
 // Whether the passage crosses any surface.
@@ -194,7 +215,10 @@ bool cross_cells(Ray ray, inout Search search, float t_end, inout Passage passag
             passage = Passage(volume_corners(walk.cell), walk.cell, t, max(t, min(walk.exit, t_end)),
                               search.start_surface, search.fresh, NOTHING);
             t = passage.t1;
-            may = t > passage.t0
+            // A ray that has just met a side of this cell, and is beyond it but for rounding, does not meet it again.
+            vec3 length = (t - passage.t0) * abs(ray.step);
+            bool is_empty = search.start_surface >= 0 && max(length.x, max(length.y, length.z)) < position_error(ray, t);
+            may = t > passage.t0 && !is_empty
                && (search.start_surface >= 0 || search.fresh
                    || may_cross(corner_range(passage.corners), search.inside, false));
             more = walk.exit < t_end && step_walk(walk, ray, 1.0, cells);
@@ -303,14 +327,16 @@ float cosine_towards(Hit hit, vec3 direction) {
     return dot(hit.geometric_normal, direction) > 0.0 ? max(0.0, dot(hit.shading_normal, direction)) : 0.0;
 }
 
-// The interpolant's gradient at a crossing. Where the isovalue is that of many voxels side by side, as in a mask, a crossing
-// lies on the side of a cell in which the field is constant, and the gradient is that of the cell on the other side.
-vec3 gradient_at(Ray ray, vec3 g) {
-    vec3 gradient = volume_gradient(g);
-    if (gradient == vec3(0.0)) {
+// The interpolant's gradient at a crossing, times ±1 so that it points to where the ray came from. Where the isovalue is that of
+// many voxels side by side, as in a mask, a crossing lies on the side of a cell beyond which the field is constant or turns back:
+// the gradient is that of the cell in which it does neither.
+vec3 gradient_at(Ray ray, vec3 g, float towards_ray) {
+    vec3 gradient = towards_ray * volume_gradient(g);
+    if (!(dot(gradient, ray.direction) < 0.0)) {
         // Of a voxel, and beyond the rounding of g.
         vec3 beside = sign(ray.step) * max(vec3(1e-3), 5e-7 * abs(g));
-        gradient = volume_gradient(g - beside) + volume_gradient(g + beside);
+        vec3 before = towards_ray * volume_gradient(g - beside);
+        gradient = dot(before, ray.direction) < 0.0 ? before : towards_ray * volume_gradient(g + beside);
     }
     return gradient;
 }
@@ -321,7 +347,7 @@ Hit hit_at(Ray ray, Crossing crossing) {
     vec3 g = ray.origin + crossing.t * ray.step;
     bool from_inside = (crossing.inside >> crossing.surface & 1u) != 0u;
     float towards_ray = from_inside ? 1.0 : -1.0;
-    vec3 gradient = in_own_unit(towards_ray * gradient_at(ray, g));
+    vec3 gradient = in_own_unit(gradient_at(ray, g, towards_ray));
     float size = length(gradient);
     Hit hit;
     hit.geometric_normal = size > 0.0 ? gradient / size : -ray.direction;

@@ -117,6 +117,10 @@ fn a_shell_five_hundred_times_thinner_than_a_voxel_is_not_missed() {
         (floats(spike(1.0)), 0.999, 1e-3),
         (words(spike(50_000.0)), 49_950.0, 1e-3),
         (bytes(spike(250.0)), 249.0, 4e-3),
+        // The field reaches the isovalue at its voxels alone, as that of a mask.
+        (floats(spike(1.0)), 1.0, 0.0),
+        (words(spike(50_000.0)), 50_000.0, 0.0),
+        (bytes(spike(250.0)), 250.0, 0.0),
     ];
     for (voxels, value, half) in shells {
         let volume = volume([24; 3], [1.0; 3], voxels);
@@ -136,6 +140,8 @@ fn a_shell_five_hundred_times_thinner_than_a_voxel_is_not_missed() {
             for (found, side) in found.iter().zip([-1.0, 1.0]) {
                 let off = place(ray, found).z - (13.0 + up * side * half);
                 assert!(off.abs() < 1e-5, "{ray:?}: {off:e} off in {found:?}");
+                let towards: f32 = (0..3).map(|a| ray.step[a] * found.geometric[a]).sum();
+                assert!(towards < 0.0, "{ray:?}: {found:?} faces away");
             }
         }
     }
