@@ -59,17 +59,17 @@ fn signs_are_kept() {
 }
 
 #[test]
-fn monochrome1_is_turned() {
-    let mut scan = Scan::ct().with(|common| common.text((0x28, 4), "CS", "MONOCHROME1"));
-    change_words(&mut scan, |word| 4095 - word);
+fn monochrome1_leaves_values_as_they_are() {
+    let scan = Scan::ct().with(|common| common.text((0x28, 4), "CS", "MONOCHROME1"));
     let volume = loaded(&scan);
     assert_eq!(values(&volume), hounsfield());
-    has(&volume.notes, "values are inverted");
+    assert_eq!(volume.quantity, Some(Quantity::Hounsfield));
+    has(&volume.notes, "values are as they are stored");
 }
 
 #[test]
 fn padding_becomes_the_smallest_value_that_was_measured() {
-    let padded = |inverted: bool| {
+    let padded = || {
         let mut scan =
             Scan::ct().with(|common| bits(common, 16, 15, false).word((0x28, 0x120), PADDING));
         let corner = |n: usize| n.is_multiple_of(5);
@@ -80,17 +80,11 @@ fn padding_becomes_the_smallest_value_that_was_measured() {
                 } else {
                     100 * z as u16 + 3000 + *word % 50
                 };
-                if inverted && !corner(n) {
-                    *word = 65535 - *word;
-                }
             }
-        }
-        if inverted {
-            scan = scan.with(|common| common.text((0x28, 4), "CS", "MONOCHROME1"));
         }
         scan
     };
-    let volume = loaded(&padded(false));
+    let volume = loaded(&padded());
     let [low, _] = volume.range;
     assert!((1976.0..2026.0).contains(&low), "{low}");
     let found = values(&volume);
@@ -99,8 +93,7 @@ fn padding_becomes_the_smallest_value_that_was_measured() {
             .filter(|n| n % 192 % 5 == 0)
             .all(|n| found[n] == low)
     );
-    assert_eq!(values(&loaded(&padded(true))), found);
-    let signed = padded(false).with(|common| bits(common, 16, 15, true));
+    let signed = padded().with(|common| bits(common, 16, 15, true));
     assert_eq!(values(&loaded(&signed)), found);
 }
 

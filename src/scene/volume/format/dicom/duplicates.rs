@@ -34,7 +34,7 @@ fn holds_same(reader: &FrameReader, pair: [At; 2]) -> Parsed<bool> {
         let (image, _) = described[n];
         let unpacked = reader.words(pair[n])?;
         let mut numbers = vec![0; image.frame_pixels() as usize * values.voxel_type.bytes()];
-        FrameConversion::new(image, &unpacked, values.maps[n], values.voxel_type)
+        FrameConversion::new(&unpacked, values.maps[n], values.voxel_type)
             .convert(&unpacked.words, &mut numbers);
         Ok::<_, String>(numbers)
     };

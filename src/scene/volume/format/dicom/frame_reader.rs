@@ -116,7 +116,7 @@ impl FrameReader {
         FrameConversion {
             padding: image.padding,
             filler: self.filler,
-            ..FrameConversion::new(image, unpacked, self.maps[n], self.voxel_type)
+            ..FrameConversion::new(unpacked, self.maps[n], self.voxel_type)
         }
     }
 

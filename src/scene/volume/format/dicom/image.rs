@@ -39,8 +39,8 @@ pub struct Image {
     pub rows: u32,
     pub columns: u32,
     pub samples: Samples,
-    /// Whether the smallest value is white.
-    pub is_inverted: bool,
+    /// Whether the smallest value is shown as white. That says nothing of what it means (PS3.3 C.7.6.3.1.2).
+    pub low_is_white: bool,
     pub padding: Option<Padding>,
     /// "HU", "BQML" and the like.
     pub units: Option<String>,
@@ -51,7 +51,7 @@ pub struct Image {
     pub damage: Option<String>,
 }
 
-/// Values that stand for no measurement, before an image is inverted.
+/// Values that stand for no measurement.
 #[derive(Debug, Clone, Copy)]
 pub struct Padding {
     /// Both ends included.
@@ -183,7 +183,7 @@ impl Image {
             rows: size(tags::ROWS, "number of rows (Rows)")?,
             columns: size(tags::COLUMNS, "number of columns (Columns)")?,
             samples,
-            is_inverted: is_inverted(data),
+            low_is_white: low_is_white(data),
             padding: padding(data, samples),
             units: units(data),
             frame_count: frame_count(data)?,
@@ -233,7 +233,7 @@ fn samples(data: &DataSet, pixels: Pixels) -> Parsed<Samples> {
     })
 }
 
-fn is_inverted(data: &DataSet) -> bool {
+fn low_is_white(data: &DataSet) -> bool {
     data.text(tags::PHOTOMETRIC).as_deref() == Some("MONOCHROME1")
 }
 

@@ -94,9 +94,10 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
         );
     }
     let (facts, storage) = (facts(first, &pairs), storage(first));
-    if first.is_inverted {
-        let inverted = "the files are MONOCHROME1 (low is white): values are inverted, so that the highest are white";
-        notes.push(inverted.into());
+    if found.images.iter().any(|image| image.low_is_white) {
+        notes.push(
+            "files are MONOCHROME1 (low is shown as white): values are as they are stored".into(),
+        );
     }
     let quantity = quantity(first);
     let (dims, spacing, orientation) = (stack.dims, stack.spacing, stack.orientation);
@@ -150,7 +151,7 @@ fn storage(image: &Image) -> Storage {
 fn quantity(image: &Image) -> Quantity {
     let is_in_hounsfield =
         (image.units.as_deref()).is_none_or(|unit| unit == "HU" || unit == UNSPECIFIED);
-    if image.modality == "CT" && !image.is_inverted && is_in_hounsfield {
+    if image.modality == "CT" && is_in_hounsfield {
         Quantity::Hounsfield
     } else {
         Quantity::Other

@@ -166,7 +166,6 @@ pub struct FrameConversion {
     pub samples: Samples,
     /// The byte order of the words.
     pub endian: Endian,
-    pub is_inverted: bool,
     pub padding: Option<Padding>,
     /// The number in place of padding.
     pub filler: f64,
@@ -176,11 +175,10 @@ pub struct FrameConversion {
 
 impl FrameConversion {
     /// The conversion of all words of a frame, with no regard to padding.
-    pub fn new(image: &Image, unpacked: &Unpacked, map: Map, to: VoxelType) -> FrameConversion {
+    pub fn new(unpacked: &Unpacked, map: Map, to: VoxelType) -> FrameConversion {
         FrameConversion {
             samples: unpacked.samples,
             endian: unpacked.endian,
-            is_inverted: image.is_inverted,
             padding: None,
             filler: 0.0,
             map,
@@ -262,9 +260,9 @@ impl FrameConversion {
         }
     }
 
-    /// A word's stored value, inverted where 0 is white.
+    /// A word's stored value.
     fn stored<const N: usize>(&self) -> impl Fn([u8; N]) -> i64 + use<N> {
-        stored(self.samples, self.endian, self.is_inverted)
+        stored(self.samples, self.endian)
     }
 
     /// Whether a word stands for no measurement.
@@ -275,7 +273,7 @@ impl FrameConversion {
         } else {
             self.samples
         };
-        let value = stored(samples, self.endian, false);
+        let value = stored(samples, self.endian);
         let range = self.padding.map(|padding| padding.range);
         move |word| range.is_some_and(|[first, last]| (first..=last).contains(&value(word)))
     }
@@ -325,12 +323,8 @@ pub fn joined(range: Option<[f64; 2]>, other: [f64; 2]) -> [f64; 2] {
     [low.min(other[0]), high.max(other[1])]
 }
 
-/// The value of integer words: the bits in use, with their sign, inverted on request.
-fn stored<const N: usize>(
-    samples: Samples,
-    endian: Endian,
-    is_inverted: bool,
-) -> impl Fn([u8; N]) -> i64 + use<N> {
+/// The value of integer words: the bits in use, with their sign.
+fn stored<const N: usize>(samples: Samples, endian: Endian) -> impl Fn([u8; N]) -> i64 + use<N> {
     let Samples::Integers {
         stored,
         high,
@@ -341,7 +335,6 @@ fn stored<const N: usize>(
         unreachable!("floats have no stored integers");
     };
     let (left, right) = (31 - high, 32 - stored);
-    let turned = if is_signed { -1 } else { (1i64 << stored) - 1 };
     move |word| {
         let mut bits: u32 = 0;
         for n in 0..N {
@@ -351,11 +344,10 @@ fn stored<const N: usize>(
             };
             bits |= u32::from(word[place]) << (8 * n);
         }
-        let value = if is_signed {
+        if is_signed {
             i64::from(((bits << left) as i32) >> right)
         } else {
             i64::from((bits << left) >> right)
-        };
-        if is_inverted { turned - value } else { value }
+        }
     }
 }
