@@ -51,6 +51,18 @@ fn what_is_no_stack_is_refused() {
     }
 }
 
+/// As GDAL writes it with SPARSE_OK. The offset 0 is that of the file's own header, which is no pixel.
+#[test]
+fn a_strip_that_is_left_out_is_no_header() {
+    let mut bytes = Tiff::default().write(&textured([4, 3, 1], VoxelType::U8, Endian::Little));
+    let offsets = bytes.windows(4).position(|entry| entry == [17, 1, 4, 0]);
+    // There are two strips, whose offsets stand elsewhere.
+    let list = offsets.unwrap() + 8;
+    let at = u32::from_le_bytes(bytes[list..list + 4].try_into().unwrap()) as usize;
+    bytes[at..at + 4].fill(0);
+    refuses("v.tif", bytes, &["leaves out a strip", "SPARSE_OK"]);
+}
+
 /// 64 levels are more than any image has. A list that names one directory again and again would be read as often.
 #[test]
 fn coarser_copies_are_few_and_distinct() {

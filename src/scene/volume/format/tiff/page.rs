@@ -229,6 +229,12 @@ fn places(
             offsets.len(),
         ));
     }
+    // A file may leave out what holds nothing but zeros, as GDAL does if it is told to; few readers know that.
+    if offsets.contains(&0) {
+        return Err(
+            "leaves out a strip or tile, expected all of them: write it without SPARSE_OK".into(),
+        );
+    }
     Ok(offsets.into_iter().zip(lengths).collect())
 }
 
