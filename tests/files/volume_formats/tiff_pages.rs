@@ -2,7 +2,7 @@
 
 use std::fs::create_dir;
 
-use isolume::scene::volume::{Endian, VolumeOverrides, VoxelType};
+use isolume::scene::volume::{Endian, Volume, VolumeOverrides, VoxelType};
 
 use super::tiff::{ome, textured};
 use crate::tiff_files::{DEFLATE, LZW, Tiff, slice};
@@ -68,6 +68,50 @@ fn a_damaged_page_of_a_folder_is_named() {
         );
         assert!(message.contains(&page), "{message}");
     }
+}
+
+/// As Bio-Formats writes a file for each plane: the XML in each says what all of them are, whatever their names are.
+#[test]
+fn a_set_of_ome_files_has_the_order_of_its_xml() {
+    let array = textured([4, 3, 6], VoxelType::U8, Endian::Little);
+    let set = |last: &str| {
+        let place = |n: u32| {
+            let name = if n == 5 {
+                last.into()
+            } else {
+                format!("p{n}.ome.tif")
+            };
+            // Names fall as slices rise, and alternate between channels.
+            let (c, z) = (n % 2, 2 - n / 2);
+            format!(
+                "<TiffData FirstC=\"{c}\" FirstZ=\"{z}\" FirstT=\"0\" IFD=\"0\" PlaneCount=\"1\">\
+                 <UUID FileName=\"{name}\">urn:uuid:{n}</UUID></TiffData>"
+            )
+        };
+        let data: String = (0..6).map(place).collect();
+        let folder = folder();
+        let tiff = Tiff {
+            description: ome("XYZCT", [3, 2, 1], &data),
+            ..Tiff::default()
+        };
+        tiff.write_files(folder.path(), &array, |n| format!("p{n}.ome.tif"));
+        folder
+    };
+    let folder = set("p5.ome.tif");
+    for channel in [0, 1] {
+        let overrides = VolumeOverrides {
+            channel: Some(channel),
+            ..Default::default()
+        };
+        let volume = Volume::load(folder.path(), &overrides).unwrap();
+        let pages = [0, 1, 2].map(|z| slice(&array, 2 * (2 - z) + channel).values);
+        assert_eq!(values(&volume), pages.concat());
+        assert_eq!(volume.spacing, [500.0, 250.0, 2000.0]);
+        assert_eq!(volume.storage.channel_names, ["DAPI", "GFP"]);
+    }
+    let message = refusal(set("p7.ome.tif").path(), &VolumeOverrides::default());
+    let fault = "its OME-XML says that a plane is in p7.ome.tif, which the folder does not hold";
+    assert!(message.contains(fault), "{message}");
 }
 
 /// As tifffile writes one plane after another: each describes itself alone.

@@ -34,12 +34,10 @@ pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let pages: Vec<Parsed<Page>> = pages.collect();
     let pages: Vec<Page> = pages.into_iter().collect::<Parsed<_>>()?;
     let layout = pages[0].layout;
-    let name = files[0].file_name().unwrap_or_default().to_string_lossy();
-    let mut meaning =
-        meaning(&files[0], pages.len(), &layout).map_err(|fault| format!("{name}: {fault}"))?;
-    let stems = files.iter().filter_map(|file| file.file_stem());
-    let stems: Vec<_> = stems.map(|stem| stem.to_string_lossy()).collect();
-    meaning.notes.extend(doubt(&stems));
+    let names = files.iter().filter_map(|file| file.file_name());
+    let names: Vec<String> = names.map(|name| name.to_string_lossy().into()).collect();
+    let meaning =
+        meaning(&files[0], &names, &layout).map_err(|fault| format!("{}: {fault}", names[0]))?;
     stack(path, meaning, vec![layout.size], overrides, |n| {
         Ok(pages[n].clone())
     })
@@ -134,8 +132,31 @@ impl Name<'_> {
     }
 }
 
-/// What the first file says of all: ImageJ repeats its description in each, and a page of OME describes itself.
-fn meaning(first: &Path, pages: usize, layout: &Layout) -> Parsed<Meaning> {
+/// What the first file says of all: ImageJ repeats its description in each, OME-XML says in which file each plane is, or each file
+/// describes itself. If the order of slices is that of the files' names, these may raise a doubt.
+fn meaning(first: &Path, names: &[String], layout: &Layout) -> Parsed<Meaning> {
+    let description = description(first)?;
+    if ome::is_ome(&description) && ome::names_files(&description, names.len())? {
+        return ome::meaning(&description, ome::Pages::Files(names), layout.samples);
+    }
+    let mut meaning = meaning_of_each(first, names.len(), layout)?;
+    let stems = names.iter().filter_map(|name| Path::new(name).file_stem());
+    let stems: Vec<_> = stems.map(|stem| stem.to_string_lossy()).collect();
+    meaning.notes.extend(doubt(&stems));
+    Ok(meaning)
+}
+
+/// The first page's description.
+fn description(path: &Path) -> Parsed<String> {
+    let file = Arc::new(WatchedFile::open(path)?);
+    let directories = Directories::new(&file)?;
+    match directories.full_pages()?.first() {
+        Some(page) => directories.text(page, Tag::ImageDescription),
+        None => Ok(String::new()),
+    }
+}
+
+fn meaning_of_each(first: &Path, pages: usize, layout: &Layout) -> Parsed<Meaning> {
     let file = Arc::new(WatchedFile::open(first)?);
     let directories = Directories::new(&file)?;
     let full = directories.full_pages()?;

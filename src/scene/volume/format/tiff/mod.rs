@@ -108,7 +108,7 @@ fn meaning_of(
     if description.starts_with(imagej::START) {
         imagej_meaning(description, directories, first, pages, layout)
     } else if ome::is_ome(description) {
-        ome::meaning(description, pages, layout.samples)
+        ome::meaning(description, ome::Pages::OfOneFile(pages), layout.samples)
     } else {
         Ok(shaped::meaning(description, pages, layout.samples))
     }

@@ -40,7 +40,36 @@ pub fn voxel_size(description: &str, pages: usize) -> Parsed<(VoxelSize, Vec<Str
     }
 }
 
-pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning> {
+/// Whether it says in which of several files the planes are.
+pub fn names_files(description: &str, pages: usize) -> Parsed<bool> {
+    let document = parsed(description, pages)?;
+    let mut files = document.descendants().filter_map(file_name);
+    let first = files.next();
+    Ok(files.any(|file| Some(file) != first))
+}
+
+fn file_name<'a>(node: Node<'a, '_>) -> Option<&'a str> {
+    node.attribute("FileName").filter(|_| is(&node, "UUID"))
+}
+
+/// Where pages are: in one file, or each in a file of its own, with these names.
+#[derive(Clone, Copy)]
+pub enum Pages<'a> {
+    OfOneFile(usize),
+    Files(&'a [String]),
+}
+
+impl Pages<'_> {
+    fn count(self) -> usize {
+        match self {
+            Pages::OfOneFile(pages) => pages,
+            Pages::Files(names) => names.len(),
+        }
+    }
+}
+
+pub fn meaning(description: &str, from: Pages, samples: u32) -> Parsed<Meaning> {
+    let pages = from.count();
     let document = parsed(description, pages)?;
     let pixels = document.descendants().find(|node| is(node, "Pixels"));
     let Some(pixels) = pixels else {
@@ -80,7 +109,7 @@ pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning>
         .collect();
     let sizes = [channels / samples, depth, times].map(|size| size as usize);
     let order = order(pixels.attribute("DimensionOrder").unwrap_or("XYZCT"), sizes)?;
-    let places = places(&pixels, order, planes as usize, pages)?;
+    let places = places(&pixels, order, planes as usize, from)?;
     Ok(Meaning {
         size,
         notes,
@@ -179,7 +208,8 @@ fn order(name: &str, sizes: [usize; 3]) -> Parsed<[usize; 3]> {
 }
 
 /// The page of each plane, in the order of planes.
-fn places(pixels: &Node, order: [usize; 3], planes: usize, pages: usize) -> Parsed<Vec<usize>> {
+fn places(pixels: &Node, order: [usize; 3], planes: usize, from: Pages) -> Parsed<Vec<usize>> {
+    let pages = from.count();
     let mut places: Vec<usize> = (0..planes).collect();
     let mut files = Vec::new();
     for data in pixels.children().filter(|node| is(node, "TiffData")) {
@@ -198,16 +228,18 @@ fn places(pixels: &Node, order: [usize; 3], planes: usize, pages: usize) -> Pars
             let first = number(key)?.unwrap_or(0);
             plane = plane.saturating_add(first.saturating_mul(step));
         }
+        let file = data.children().find_map(file_name);
+        let first = match from {
+            Pages::OfOneFile(_) => page.unwrap_or(0),
+            Pages::Files(names) => place_of(file, names)?,
+        };
         for n in 0..count.min(planes.saturating_sub(plane)) {
-            places[plane + n] = page.unwrap_or(0).saturating_add(n);
+            places[plane + n] = first.saturating_add(n);
         }
-        files.extend(
-            data.children()
-                .filter_map(|node| node.attribute("FileName")),
-        );
+        files.extend(file);
     }
     files.dedup();
-    if files.len() > 1 {
+    if files.len() > 1 && matches!(from, Pages::OfOneFile(_)) {
         return Err("is a part of a set of OME-TIFF files; write the set as one file".to_string());
     }
     match places.iter().find(|page| **page >= pages) {
@@ -217,4 +249,13 @@ fn places(pixels: &Node, order: [usize; 3], planes: usize, pages: usize) -> Pars
         )),
         None => Ok(places),
     }
+}
+
+/// Which of a folder's files, of one page each, holds a plane.
+fn place_of(file: Option<&str>, names: &[String]) -> Parsed<usize> {
+    let file = file.ok_or("its OME-XML does not say of every plane in which file it is")?;
+    let place = names.iter().position(|name| name == file);
+    place.ok_or_else(|| {
+        format!("its OME-XML says that a plane is in {file}, which the folder does not hold")
+    })
 }
