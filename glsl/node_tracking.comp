@@ -1,9 +1,9 @@
 // Paths from the cache's nodes: estimates of the light that arrives there, averaged over directions.
 //
 // A path begins at a node, or in a film near it (node_start.glsl), as if it had just collided there in an isotropic medium:
-// with a shadow ray, and in a direction that is uniform over the sphere. The path's light goes to the node's mean and flux; the light of the
-// first shadow ray, if it went to a sun, goes to the suns' transmittance. Slots take parts of a node's paths from a queue
-// (slot_loop.glsl, turns.glsl); merge_parts.comp adds up the parts.
+// with a shadow ray, and in a direction that is uniform over the sphere. The path's light goes to the node's mean and flux; the
+// light of the first shadow ray, if it went to a sun, goes to the suns' transmittance. Slots take parts of a node's paths from a
+// queue (slot_loop.glsl, turns.glsl); merge_parts.comp adds up the parts.
 //
 // The first paths of a node end where they can gather light that the cache holds so far (gathering.glsl), and the
 // very first are paths of only some nodes (coarse.glsl).

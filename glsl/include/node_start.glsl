@@ -41,10 +41,12 @@ float reach_of(ivec3 node, bool is_coarse) {
     return is_coarse && !full_light ? 2.0 : 1.0;
 }
 
-// Extinction at a point; 0 outside of the box and behind clip planes.
+// Extinction at a point; 0 outside of the box and behind clip planes. No voxel is read where all around is empty, since bricks of a
+// volume that streams would be loaded for it.
 float sigma_t_within(vec3 g) {
     vec2 span = clip_ray(Ray(g, vec3(0.0), vec3(0.0)), 0.0);
-    return span.x < span.y ? sigma_t_of(lookup_at(g)) : 0.0;
+    ivec3 block = clamp(ivec3(g / scene.block_size), ivec3(0), ivec3(scene.blocks) - 1);
+    return span.x < span.y && majorant_of(block) > 0.0 ? sigma_t_of(lookup_at(g)) : 0.0;
 }
 
 // Where paths begin that may begin within `reach` of a node. Of eight points, one in each octant around the node and distributed

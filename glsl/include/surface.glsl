@@ -3,7 +3,8 @@
 //
 // The ray carries its side of every surface as a bit, and a crossing is a change of truth against that bit. A sign
 // lost to rounding at a cell's border is found in the next cell, so no ray slips through, and no epsilon is needed to
-// leave a surface: its root there is divided out, and where the field goes from there tells the side.
+// leave a surface: its root there is divided out, and where the field goes from there tells the side. Only where a field touches
+// the isovalue at voxels that have just that value, rounding is allowed for (`touches`).
 
 #include "scene.glsl"
 #include "cubic.glsl"

@@ -233,7 +233,8 @@ fn capacity(plan: &Plan) -> u32 {
 /// together. A path reads along one ray at a time. The march of a cached picture begins anew when a brick is missing, and
 /// reads along several: the camera's ray, rays to suns from four points of the medium (`camera_march.comp`), and a ray to
 /// each sun from every crossing with a surface. All rays to one sun lie in a plane, which meets at most as many bricks as
-/// three faces of the volume have; together, no more than the `needed` ones.
+/// three faces of the volume have. A path from a node in a film first reads around the node (`node_start.glsl`), where eight
+/// bricks meet at most. Together, these are no more than the `needed` ones.
 fn most_at_once(layout: &BrickLayout, scene: &GpuScene, needed: u64) -> u64 {
     let [x, y, z] = layout.bricks.map(u64::from);
     let (along_a_ray, in_a_plane) = (x + y + z, x * y + y * z + z * x);
@@ -247,6 +248,7 @@ fn most_at_once(layout: &BrickLayout, scene: &GpuScene, needed: u64) -> u64 {
         _ if surfaces.iter().all(|surface| surface.opacity >= 1.0) => (4 + suns) * along_a_ray,
         _ => 4 * along_a_ray + suns * in_a_plane,
     };
+    let around_a_node = if features.has_tents { 8 } else { 0 };
     let of_one_ray = along_a_ray.min(layout.total().into());
-    of_one_ray.max((along_a_ray + beside).min(needed))
+    of_one_ray.max((along_a_ray + beside.max(around_a_node)).min(needed))
 }
