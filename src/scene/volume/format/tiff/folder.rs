@@ -135,48 +135,26 @@ impl Name<'_> {
 /// What the first file says of all: ImageJ repeats its description in each, OME-XML says in which file each plane is, or each file
 /// describes itself. If the order of slices is that of the files' names, these may raise a doubt.
 fn meaning(first: &Path, names: &[String], layout: &Layout) -> Parsed<Meaning> {
-    let description = description(first)?;
-    if ome::is_ome(&description) && ome::names_files(&description, names.len())? {
-        return ome::meaning(&description, ome::Pages::Files(names), layout.samples);
+    let file = Arc::new(WatchedFile::open(first)?);
+    let directories = Directories::new(&file)?;
+    let full = directories.full_pages()?;
+    let pages = names.len();
+    let mut meaning = Meaning::stack(pages, layout.samples);
+    if let Some(page) = full.first() {
+        let description = directories.text(page, Tag::ImageDescription)?;
+        if description.starts_with(imagej::START) {
+            meaning = imagej_meaning(&description, &directories, page, pages, layout)?;
+        } else if ome::is_ome(&description) {
+            if ome::names_files(&description, pages)? {
+                return ome::meaning(&description, ome::Pages::Files(names), layout.samples);
+            }
+            (meaning.size, meaning.notes) = ome::voxel_size(&description, pages)?;
+        }
     }
-    let mut meaning = meaning_of_each(first, names.len(), layout)?;
     let stems = names.iter().filter_map(|name| Path::new(name).file_stem());
     let stems: Vec<_> = stems.map(|stem| stem.to_string_lossy()).collect();
     meaning.notes.extend(doubt(&stems));
     Ok(meaning)
-}
-
-/// The first page's description.
-fn description(path: &Path) -> Parsed<String> {
-    let file = Arc::new(WatchedFile::open(path)?);
-    let directories = Directories::new(&file)?;
-    match directories.full_pages()?.first() {
-        Some(page) => directories.text(page, Tag::ImageDescription),
-        None => Ok(String::new()),
-    }
-}
-
-fn meaning_of_each(first: &Path, pages: usize, layout: &Layout) -> Parsed<Meaning> {
-    let file = Arc::new(WatchedFile::open(first)?);
-    let directories = Directories::new(&file)?;
-    let full = directories.full_pages()?;
-    let Some(page) = full.first() else {
-        return Ok(Meaning::stack(pages, layout.samples));
-    };
-    let description = directories.text(page, Tag::ImageDescription)?;
-    if description.starts_with(imagej::START) {
-        return imagej_meaning(&description, &directories, page, pages, layout);
-    }
-    let stack = Meaning::stack(pages, layout.samples);
-    if !ome::is_ome(&description) {
-        return Ok(stack);
-    }
-    let (size, notes) = ome::voxel_size(&description, pages)?;
-    Ok(Meaning {
-        size,
-        notes,
-        ..stack
-    })
 }
 
 fn page(path: &Path) -> Parsed<Page> {
