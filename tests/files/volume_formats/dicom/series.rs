@@ -227,6 +227,16 @@ fn moments(
     lost: &[(usize, usize)],
     copies: usize,
 ) -> tempfile::TempDir {
+    stated_moments(number, lost, copies, |_, _, header| header)
+}
+
+/// The same, where `state` adds to the header of each slice of each moment.
+fn stated_moments(
+    number: impl Fn(usize, usize) -> usize,
+    lost: &[(usize, usize)],
+    copies: usize,
+    state: impl Fn(usize, usize, Object) -> Object,
+) -> tempfile::TempDir {
     let folder = folder();
     for (n, moment) in (0..SLICES).flat_map(|n| (0..MOMENTS).map(move |moment| (n, moment))) {
         if lost.contains(&(n, moment)) {
@@ -235,7 +245,7 @@ fn moments(
         let instance = number(n, moment) + 1;
         let mut scan = Scan::ct();
         scan.slices[n].intercept += 100.0 * moment as f64;
-        let header = scan.header(n).text((0x20, 0x13), "IS", instance);
+        let header = state(n, moment, scan.header(n).text((0x20, 0x13), "IS", instance));
         let words = std::slice::from_ref(&scan.slices[n].words);
         let bytes = file(&header, Syntax::Explicit, Pixels::Words(words), COLUMNS);
         for copy in 0..copies {
@@ -267,6 +277,81 @@ fn what_repeats_at_each_place_is_several_volumes() {
             let volume = picked(folder.path(), Pick::Number(moment as u32 + 1)).unwrap();
             assert_eq!(values(&volume), of_moment(moment));
         }
+    }
+}
+
+/// Such instances run forth and back, and say nothing.
+#[test]
+fn settings_and_times_tell_repetitions_apart() {
+    let forth_and_back = |n: usize, moment: usize| match n % 2 {
+        0 => MOMENTS * n + moment,
+        _ => MOMENTS * n + (MOMENTS - 1 - moment),
+    };
+    type State = fn(usize, usize, Object) -> Object;
+    let states: [(State, &str); 7] = [
+        (
+            |_, moment, header| header.text((0x18, 0x81), "DS", [2.46, 4.92, 13.5][moment]),
+            "echo time 4.92 ms",
+        ),
+        (
+            |_, moment, header| header.text((0x18, 0x82), "DS", 100 * (moment + 1)),
+            "inversion time 200 ms",
+        ),
+        (
+            |_, moment, header| header.text((0x18, 0x1314), "DS", 5 * moment + 2),
+            "flip angle 7 degrees",
+        ),
+        // No two heartbeats are as long.
+        (
+            |n, moment, header| header.text((0x18, 0x1060), "DS", 90 * moment + n),
+            "trigger time 90 ms",
+        ),
+        (
+            |_, moment, header| {
+                let echo = Object::default().double((0x18, 0x9082), moment as f64 + 0.5);
+                header.items((0x18, 0x9114), vec![echo])
+            },
+            "echo time 1.5 ms",
+        ),
+        (
+            |n, moment, header| {
+                let time = format!("{:06}.{:06}", 120000 + moment, 100 * n);
+                header.text((8, 0x32), "TM", time)
+            },
+            "",
+        ),
+        // Over midnight.
+        (
+            |n, moment, header| {
+                let (date, time) = [
+                    ("20260301", "235958"),
+                    ("20260301", "235959"),
+                    ("20260302", "000000"),
+                ][moment];
+                let header = header.text((8, 0x22), "DA", date);
+                header.text((8, 0x32), "TM", format!("{time}.{n}"))
+            },
+            "",
+        ),
+    ];
+    for (state, told) in states {
+        let folder = stated_moments(forth_and_back, &[], 1, state);
+        for moment in 0..MOMENTS {
+            let volume = picked(folder.path(), Pick::Number(moment as u32 + 1)).unwrap();
+            assert_eq!(values(&volume), of_moment(moment), "{told}");
+        }
+        let notes = &Volume::series(folder.path()).unwrap()[1].notes;
+        assert!(notes[0].contains(told), "{notes:?}");
+    }
+    // Where it is the same at all places, it also says which volume lacks a slice.
+    let folder = stated_moments(forth_and_back, &[(2, 1)], 1, states[0].0);
+    let third = picked(folder.path(), Pick::Number(3))
+        .unwrap_err()
+        .to_string();
+    assert!(third.contains("1 of 5 slices is missing"), "{third}");
+    for (pick, moment) in [(1, 0), (2, 2)] {
+        let volume = picked(folder.path(), Pick::Number(pick)).unwrap();
+        assert_eq!(values(&volume), of_moment(moment));
     }
 }
 

@@ -9,7 +9,9 @@ use glam::DVec3;
 use crate::scene::volume::parsed::Parsed;
 
 use super::data_set::DataSet;
-use super::tags::{self, Tag};
+use super::holders::Holders;
+use super::setting::{Setting, acquired};
+use super::tags;
 
 /// One picture.
 #[derive(Debug, Clone)]
@@ -26,9 +28,12 @@ pub struct Frame {
     pub image_type: String,
     pub acquisition: String,
     pub kind: Kind,
+    pub setting: Setting,
+    /// When it was taken; see [`acquired`].
+    pub acquired: String,
 }
 
-/// All other properties that distinguish frames at one place.
+/// Other properties that distinguish frames at one place, where a file states them.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Kind {
     echo: Option<String>,
@@ -43,19 +48,21 @@ pub struct Kind {
 
 impl Frame {
     /// What may tell it apart from frames at the same place, with a word for each; empty where the file does not say.
-    pub fn distinctions(&self) -> [(&'static str, String); 6] {
+    pub fn distinctions(&self) -> Vec<(&'static str, String)> {
         let kind = &self.kind;
         let text = |text: &Option<String>| text.clone().unwrap_or_default();
         let index = kind.time_index.map(|index| index.to_string());
         let b_value = kind.b_value.map(|bits| f64::from_bits(bits).to_string());
-        [
+        let mut distinctions = vec![
             ("image type", self.image_type.clone()),
             ("acquisition", self.acquisition.clone()),
             ("echo", text(&kind.echo)),
             ("time", kind.time.clone().or(index).unwrap_or_default()),
             ("b-value", b_value.unwrap_or_default()),
             ("stack", text(&kind.stack)),
-        ]
+        ];
+        distinctions.extend(self.setting.told());
+        distinctions
     }
 }
 
@@ -71,82 +78,30 @@ pub struct Plane {
     pub is_in_patient: bool,
 }
 
-/// The data sets that describe a frame: what the first of them says counts.
-struct Holders<'a>(Vec<&'a DataSet>);
-
-impl<'a> Holders<'a> {
-    /// `own` is the frame's item among the groups of an enhanced object.
-    fn new(own: Option<&'a DataSet>, data: &'a DataSet) -> Holders<'a> {
-        let shared = data.item(tags::SHARED_GROUPS);
-        let detector = data.item(tags::DETECTORS);
-        let holders = [own, shared, Some(data), detector];
-        Holders(holders.into_iter().flatten().collect())
+fn pixel_spacing(holders: &Holders) -> Parsed<Option<[f64; 2]>> {
+    let found = holders.decimals(tags::PIXEL_MEASURES, tags::PIXEL_SPACING, "PixelSpacing")?;
+    match found {
+        Some([rows, columns]) if rows <= 0.0 || columns <= 0.0 => Err(format!(
+            "its PixelSpacing is {rows}\\{columns}, expected two lengths above 0"
+        )),
+        found => Ok(found),
     }
+}
 
-    /// The sequence's item in each data set that has one, and then the data sets themselves, as in a classic object.
-    fn holders(&self, sequence: Tag) -> impl Iterator<Item = &'a DataSet> {
-        let items = self.0.iter().filter_map(move |data| data.item(sequence));
-        items.chain(self.0.iter().copied())
+fn stated_plane(holders: &Holders) -> Parsed<Option<Plane>> {
+    let name = "ImageOrientationPatient";
+    let position =
+        holders.decimals(tags::PLANE_POSITION, tags::POSITION, "ImagePositionPatient")?;
+    let orientation = holders.decimals(tags::PLANE_ORIENTATION, tags::ORIENTATION, name)?;
+    if let (Some(position), Some(orientation)) = (position, orientation) {
+        return plane(position, orientation, name, true).map(Some);
     }
-
-    fn text(&self, sequence: Tag, tag: Tag) -> Option<String> {
-        self.holders(sequence).find_map(|holder| holder.text(tag))
-    }
-
-    fn whole(&self, sequence: Tag, tag: Tag) -> Option<u32> {
-        self.holders(sequence).find_map(|holder| holder.whole(tag))
-    }
-
-    fn double(&self, sequence: Tag, tag: Tag) -> Option<f64> {
-        self.holders(sequence).find_map(|holder| holder.double(tag))
-    }
-
-    fn decimals<const N: usize>(
-        &self,
-        sequence: Tag,
-        tag: Tag,
-        name: &str,
-    ) -> Parsed<Option<[f64; N]>> {
-        let mut holders = self.holders(sequence);
-        let found = holders.find_map(|holder| holder.decimals(tag, name).transpose());
-        found.transpose()
-    }
-
-    fn decimal(&self, sequence: Tag, tag: Tag, name: &str) -> Parsed<Option<f64>> {
-        let found = self.decimals::<1>(sequence, tag, name)?;
-        Ok(found.map(|[number]| number))
-    }
-
-    fn pixel_spacing(&self) -> Parsed<Option<[f64; 2]>> {
-        let found = self.decimals(tags::PIXEL_MEASURES, tags::PIXEL_SPACING, "PixelSpacing")?;
-        match found {
-            Some([rows, columns]) if rows <= 0.0 || columns <= 0.0 => Err(format!(
-                "its PixelSpacing is {rows}\\{columns}, expected two lengths above 0"
-            )),
-            found => Ok(found),
-        }
-    }
-
-    fn doubles<const N: usize>(&self, sequence: Tag, tag: Tag) -> Option<[f64; N]> {
-        let mut holders = self.holders(sequence);
-        holders.find_map(|holder| holder.doubles(tag))
-    }
-
-    fn plane(&self) -> Parsed<Option<Plane>> {
-        let name = "ImageOrientationPatient";
-        let position =
-            self.decimals(tags::PLANE_POSITION, tags::POSITION, "ImagePositionPatient")?;
-        let orientation = self.decimals(tags::PLANE_ORIENTATION, tags::ORIENTATION, name)?;
-        if let (Some(position), Some(orientation)) = (position, orientation) {
-            return plane(position, orientation, name, true).map(Some);
-        }
-        let position = self.doubles(tags::PLANE_VOLUME_POSITION, tags::VOLUME_POSITION);
-        let orientation = self.doubles(tags::PLANE_VOLUME_ORIENTATION, tags::VOLUME_ORIENTATION);
-        let (Some(position), Some(orientation)) = (position, orientation) else {
-            return Ok(None);
-        };
-        plane(position, orientation, "ImageOrientationVolume", false).map(Some)
-    }
+    let position = holders.doubles(tags::PLANE_VOLUME_POSITION, tags::VOLUME_POSITION);
+    let orientation = holders.doubles(tags::PLANE_VOLUME_ORIENTATION, tags::VOLUME_ORIENTATION);
+    let (Some(position), Some(orientation)) = (position, orientation) else {
+        return Ok(None);
+    };
+    plane(position, orientation, "ImageOrientationVolume", false).map(Some)
 }
 
 /// A plane; `name` is that of the element with its directions.
@@ -178,7 +133,7 @@ pub fn unit(vector: DVec3) -> Option<DVec3> {
 /// Whether an image says where its first frame lies, and how large its pixels are.
 pub fn has_geometry(data: &DataSet) -> bool {
     let holders = Holders::new(data.item(tags::FRAME_GROUPS), data);
-    let geometry = (holders.plane(), holders.pixel_spacing());
+    let geometry = (stated_plane(&holders), pixel_spacing(&holders));
     matches!(geometry, (Ok(Some(_)), Ok(Some(_))))
 }
 
@@ -269,8 +224,8 @@ fn frame(holders: &Holders, index: u32) -> Parsed<Frame> {
     });
     Ok(Frame {
         index,
-        plane: holders.plane()?,
-        pixel_spacing: holders.pixel_spacing()?,
+        plane: stated_plane(holders)?,
+        pixel_spacing: pixel_spacing(holders)?,
         thickness: spacing
             .or(thickness)
             .map(f64::abs)
@@ -289,5 +244,7 @@ fn frame(holders: &Holders, index: u32) -> Parsed<Frame> {
             stack: holders.text(content, tags::STACK),
             numbers: Vec::new(),
         },
+        setting: Setting::of(holders),
+        acquired: acquired(holders),
     })
 }

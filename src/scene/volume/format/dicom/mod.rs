@@ -19,6 +19,7 @@ mod frame;
 mod frame_reader;
 mod golomb;
 mod group;
+mod holders;
 mod image;
 mod interpolation;
 mod jpeg_ls;
@@ -27,6 +28,7 @@ mod other;
 mod repetition;
 mod run_length;
 mod series;
+mod setting;
 mod slices;
 mod source;
 mod stack;
@@ -247,7 +249,7 @@ fn told_apart(images: &[Image], groups: &[Group]) -> Vec<String> {
         let uid = image.series_uid.as_str();
         of_series.entry(uid).or_default().push(distinctions);
     }
-    let told = |(image, own): &(&Image, [(&str, String); 6])| {
+    let told = |(image, own): &(&Image, Vec<(&str, String)>)| {
         let beside = &of_series[image.series_uid.as_str()];
         let differs = |i: &usize| {
             let value = &own[*i].1;
