@@ -114,6 +114,99 @@ fn a_set_of_ome_files_has_the_order_of_its_xml() {
     assert!(message.contains(fault), "{message}");
 }
 
+/// As microscopes write a file for each channel. Each describes the set, or none does but a file of XML, or the first file.
+#[test]
+fn a_set_of_ome_files_may_have_several_pages_in_each() {
+    let array = textured([4, 3, 6], VoxelType::U8, Endian::Little);
+    // The file of the second channel comes first, and has its slices backwards.
+    let data = |last: u32| {
+        let forwards =
+            "<TiffData FirstC=\"0\"><UUID FileName=\"b.ome.tif\">urn:uuid:0</UUID></TiffData>";
+        let backwards = (0..3).map(|z| {
+            let page = if z == 0 { last } else { 2 - z };
+            format!(
+                "<TiffData FirstC=\"1\" FirstZ=\"{z}\" IFD=\"{page}\">\
+                 <UUID FileName=\"a.ome.tif\">urn:uuid:1</UUID></TiffData>"
+            )
+        });
+        forwards.to_string() + &backwards.collect::<String>()
+    };
+    let whole = ome("XYZCT", [3, 2, 1], &data(2));
+    let part = |of: &str| {
+        format!(
+            "<OME xmlns=\"http://www.openmicroscopy.org/Schemas/OME/2016-06\">\
+             <BinaryOnly MetadataFile=\"{of}\" UUID=\"urn:uuid:9\"/></OME>"
+        )
+    };
+    let set = |a: &str, b: &str| {
+        let folder = folder();
+        for (name, description, first) in [("a", a, 3), ("b", b, 0)] {
+            let tiff = Tiff {
+                description: description.into(),
+                ..Tiff::default()
+            };
+            let pages = [0, 1, 2].map(|z| slice(&array, first + z));
+            write(
+                folder.path(),
+                &format!("{name}.ome.tif"),
+                tiff.write_pages(&pages),
+            );
+        }
+        write(folder.path(), "set.companion.ome", &whole);
+        folder
+    };
+    let xml = part("set.companion.ome");
+    for folder in [
+        set(&whole, &whole),
+        set(&xml, &xml),
+        set(&part("b.ome.tif"), &whole),
+    ] {
+        for (channel, pages) in [(0, [0, 1, 2]), (1, [5, 4, 3])] {
+            let overrides = VolumeOverrides {
+                channel: Some(channel),
+                ..Default::default()
+            };
+            let volume = Volume::load(folder.path(), &overrides).unwrap();
+            let pages = pages.map(|page| slice(&array, page).values);
+            assert_eq!(values(&volume), pages.concat());
+        }
+    }
+    for (a, fault) in [
+        (
+            part("none.ome"),
+            "the file none.ome, which describes its files, is missing",
+        ),
+        (
+            part("../set.ome"),
+            "the file ../set.ome, which describes its files, is missing",
+        ),
+        (
+            ome("XYZCT", [3, 2, 1], &data(3)),
+            "a.ome.tif: its OME-XML says that an image is on page 4 of a.ome.tif, which has 3",
+        ),
+        (
+            ome("XYZCT", [3, 3, 1], &data(2)),
+            "speaks of 9 planes, but the 2 files of the folder have 6 pages: some are missing",
+        ),
+        (
+            ome(
+                "XYZCT",
+                [3, 2, 1],
+                &data(2).replace("FirstC=\"0\"", "FirstC=\"0\" PlaneCount=\"2\""),
+            ),
+            "its OME-XML does not say of every plane in which file it is",
+        ),
+    ] {
+        let message = refusal(set(&a, &whole).path(), &VolumeOverrides::default());
+        assert!(message.contains(fault), "{message}");
+    }
+    let alone = refusal(
+        &set(&whole, &whole).path().join("a.ome.tif"),
+        &VolumeOverrides::default(),
+    );
+    assert!(alone.contains("open the folder that holds"), "{alone}");
+}
+
 /// As tifffile writes one plane after another: each describes itself alone.
 #[test]
 fn a_folder_of_ome_pages_has_their_voxel_size() {
@@ -140,6 +233,12 @@ fn a_folder_of_ome_pages_has_their_voxel_size() {
     assert!(flat.notes[0].contains(note), "{:?}", flat.notes);
     let elsewhere = opened("<OME><BinaryOnly MetadataFile=\"all.ome.xml\"/></OME>");
     assert_eq!(elsewhere.spacing, [1.0; 3]);
+    let note = "the file all.ome.xml, which describes its files, is missing: each file is taken as a slice";
+    assert!(
+        elsewhere.notes.iter().any(|told| told == note),
+        "{:?}",
+        elsewhere.notes
+    );
 }
 
 #[test]

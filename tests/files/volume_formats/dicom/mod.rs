@@ -6,12 +6,13 @@ mod damage;
 mod flavours;
 mod frames;
 mod identity;
+mod repetitions;
 mod series;
 mod stored;
 
 use std::path::Path;
 
-use isolume::scene::volume::{Volume, VolumeOverrides};
+use isolume::scene::volume::{Pick, Volume, VolumeOverrides};
 use tempfile::TempDir;
 
 use crate::dicom_files::Syntax;
@@ -45,6 +46,14 @@ fn written(scan: &Scan) -> TempDir {
     let folder = folder();
     scan.write(folder.path(), Syntax::Explicit, |n| format!("I{n}"));
     folder
+}
+
+fn picked(folder: &Path, pick: Pick) -> Result<Volume, isolume::error::Error> {
+    let overrides = VolumeOverrides {
+        series: Some(pick),
+        ..VolumeOverrides::default()
+    };
+    Volume::load(folder, &overrides)
 }
 
 fn refused(folder: &Path, overrides: &VolumeOverrides) -> String {

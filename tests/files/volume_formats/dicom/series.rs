@@ -2,7 +2,7 @@
 
 use isolume::scene::volume::{Pick, Volume, VolumeOverrides};
 
-use super::{folder, has, hounsfield, plain, refused, values};
+use super::{folder, has, hounsfield, picked, plain, refused, values};
 use crate::dicom_files::{Object, Pixels, Syntax, file};
 use crate::dicom_scan::{COLUMNS, ROWS, SLICES, Scan, stored};
 
@@ -25,14 +25,6 @@ fn several() -> tempfile::TempDir {
     small.write(folder.path(), Syntax::RunLength, |n| format!("a{n}"));
     later.write(folder.path(), Syntax::Implicit, |n| format!("c{n}"));
     folder
-}
-
-fn picked(folder: &std::path::Path, pick: Pick) -> Result<Volume, isolume::error::Error> {
-    let overrides = VolumeOverrides {
-        series: Some(pick),
-        ..VolumeOverrides::default()
-    };
-    Volume::load(folder, &overrides)
 }
 
 #[test]
@@ -218,169 +210,6 @@ fn what_differs_with_each_slice_tells_no_volumes_apart() {
     // 16 mm, at the median of the distances.
     assert_eq!(volume.dims[2], 4);
     has(&volume.notes, "2.5 to 4.5 mm apart and resampled");
-}
-
-/// Moments of a heartbeat, say, which no element tells apart but the number of the file, `number(n, moment)` from 0 on. All but
-/// those that are `lost`, each in so many copies.
-fn moments(
-    number: impl Fn(usize, usize) -> usize,
-    lost: &[(usize, usize)],
-    copies: usize,
-) -> tempfile::TempDir {
-    stated_moments(number, lost, copies, |_, _, header| header)
-}
-
-/// The same, where `state` adds to the header of each slice of each moment.
-fn stated_moments(
-    number: impl Fn(usize, usize) -> usize,
-    lost: &[(usize, usize)],
-    copies: usize,
-    state: impl Fn(usize, usize, Object) -> Object,
-) -> tempfile::TempDir {
-    let folder = folder();
-    for (n, moment) in (0..SLICES).flat_map(|n| (0..MOMENTS).map(move |moment| (n, moment))) {
-        if lost.contains(&(n, moment)) {
-            continue;
-        }
-        let instance = number(n, moment) + 1;
-        let mut scan = Scan::ct();
-        scan.slices[n].intercept += 100.0 * moment as f64;
-        let header = state(n, moment, scan.header(n).text((0x20, 0x13), "IS", instance));
-        let words = std::slice::from_ref(&scan.slices[n].words);
-        let bytes = file(&header, Syntax::Explicit, Pixels::Words(words), COLUMNS);
-        for copy in 0..copies {
-            crate::volume_files::write(folder.path(), &format!("I{instance}-{copy}"), &bytes);
-        }
-    }
-    folder
-}
-
-const MOMENTS: usize = 3;
-
-fn of_moment(moment: usize) -> Vec<f64> {
-    let values = hounsfield().into_iter();
-    values.map(|value| value + 100.0 * moment as f64).collect()
-}
-
-#[test]
-fn what_repeats_at_each_place_is_several_volumes() {
-    for copies in [1, 2] {
-        let folder = moments(|n, moment| MOMENTS * n + moment, &[], copies);
-        let series = Volume::series(folder.path()).unwrap();
-        let slices: Vec<_> = series.iter().map(|one| one.slices).collect();
-        assert_eq!(slices, [SLICES as u32; MOMENTS]);
-        has(
-            &series[1].notes,
-            "the first of its slices has InstanceNumber 2",
-        );
-        for moment in 0..MOMENTS {
-            let volume = picked(folder.path(), Pick::Number(moment as u32 + 1)).unwrap();
-            assert_eq!(values(&volume), of_moment(moment));
-        }
-    }
-}
-
-/// Such instances run forth and back, and say nothing.
-#[test]
-fn settings_and_times_tell_repetitions_apart() {
-    let forth_and_back = |n: usize, moment: usize| match n % 2 {
-        0 => MOMENTS * n + moment,
-        _ => MOMENTS * n + (MOMENTS - 1 - moment),
-    };
-    type State = fn(usize, usize, Object) -> Object;
-    let states: [(State, &str); 7] = [
-        (
-            |_, moment, header| header.text((0x18, 0x81), "DS", [2.46, 4.92, 13.5][moment]),
-            "echo time 4.92 ms",
-        ),
-        (
-            |_, moment, header| header.text((0x18, 0x82), "DS", 100 * (moment + 1)),
-            "inversion time 200 ms",
-        ),
-        (
-            |_, moment, header| header.text((0x18, 0x1314), "DS", 5 * moment + 2),
-            "flip angle 7 degrees",
-        ),
-        // No two heartbeats are as long.
-        (
-            |n, moment, header| header.text((0x18, 0x1060), "DS", 90 * moment + n),
-            "trigger time 90 ms",
-        ),
-        (
-            |_, moment, header| {
-                let echo = Object::default().double((0x18, 0x9082), moment as f64 + 0.5);
-                header.items((0x18, 0x9114), vec![echo])
-            },
-            "echo time 1.5 ms",
-        ),
-        (
-            |n, moment, header| {
-                let time = format!("{:06}.{:06}", 120000 + moment, 100 * n);
-                header.text((8, 0x32), "TM", time)
-            },
-            "",
-        ),
-        // Over midnight.
-        (
-            |n, moment, header| {
-                let (date, time) = [
-                    ("20260301", "235958"),
-                    ("20260301", "235959"),
-                    ("20260302", "000000"),
-                ][moment];
-                let header = header.text((8, 0x22), "DA", date);
-                header.text((8, 0x32), "TM", format!("{time}.{n}"))
-            },
-            "",
-        ),
-    ];
-    for (state, told) in states {
-        let folder = stated_moments(forth_and_back, &[], 1, state);
-        for moment in 0..MOMENTS {
-            let volume = picked(folder.path(), Pick::Number(moment as u32 + 1)).unwrap();
-            assert_eq!(values(&volume), of_moment(moment), "{told}");
-        }
-        let notes = &Volume::series(folder.path()).unwrap()[1].notes;
-        assert!(notes[0].contains(told), "{notes:?}");
-    }
-    // Where it is the same at all places, it also says which volume lacks a slice.
-    let folder = stated_moments(forth_and_back, &[(2, 1)], 1, states[0].0);
-    let third = picked(folder.path(), Pick::Number(3))
-        .unwrap_err()
-        .to_string();
-    assert!(third.contains("1 of 5 slices is missing"), "{third}");
-    for (pick, moment) in [(1, 0), (2, 2)] {
-        let volume = picked(folder.path(), Pick::Number(pick)).unwrap();
-        assert_eq!(values(&volume), of_moment(moment));
-    }
-}
-
-#[test]
-fn a_lost_slice_is_one_of_one_repetition() {
-    let place_by_place = |n: usize, moment: usize| MOMENTS * n + moment;
-    let volume_by_volume = |n: usize, moment: usize| SLICES * moment + n;
-    let numberings: [&dyn Fn(usize, usize) -> usize; 2] = [&place_by_place, &volume_by_volume];
-    for (number, lost) in numberings
-        .into_iter()
-        .flat_map(|number| [(0, 0), (1, 1), (3, 0), (4, 2)].map(|lost| (number, lost)))
-    {
-        let folder = moments(number, &[lost], 1);
-        let series = Volume::series(folder.path()).unwrap();
-        let slices: Vec<_> = series.iter().map(|one| one.slices).collect();
-        let [all, fewer] = [SLICES as u32, SLICES as u32 - 1];
-        assert_eq!(slices, [all, all, fewer], "without {lost:?}");
-        let whole = (0..MOMENTS).filter(|moment| *moment != lost.1);
-        for (moment, pick) in whole.zip(1..) {
-            let volume = picked(folder.path(), Pick::Number(pick)).unwrap();
-            assert_eq!(values(&volume), of_moment(moment), "without {lost:?}");
-        }
-        if (1..SLICES - 1).contains(&lost.0) {
-            let message = picked(folder.path(), Pick::Number(3))
-                .unwrap_err()
-                .to_string();
-            assert!(message.contains("1 of 5 slices is missing"), "{message}");
-        }
-    }
 }
 
 #[test]

@@ -64,6 +64,20 @@ impl Frame {
         distinctions.extend(self.setting.told());
         distinctions
     }
+
+    /// The order of frames at the same place by what tells them apart, as far as that is numbers.
+    pub fn order(&self) -> impl Ord + use<> {
+        let whole = |text: &str| text.parse::<i64>().unwrap_or(0);
+        let kind = &self.kind;
+        (
+            whole(&self.acquisition),
+            kind.echo.as_deref().map(whole),
+            kind.time.as_deref().map(whole),
+            kind.time_index,
+            kind.b_value,
+            self.setting.clone(),
+        )
+    }
 }
 
 /// Where a slice lies, in millimetres.

@@ -46,7 +46,7 @@ struct Key<'a> {
     alone: Option<(usize, usize)>,
 }
 
-/// The volumes, the largest first.
+/// The volumes, the largest first, and those of one series in the order of what tells them apart.
 pub fn group(images: &[Image]) -> Vec<Group> {
     let frames =
         |image: usize| (0..images[image].frames.len()).map(move |frame| At { image, frame });
@@ -60,12 +60,11 @@ pub fn group(images: &[Image]) -> Vec<Group> {
     let order = |group: &Group| {
         let image = &images[group.frames[0].image];
         let voxels = image.frame_pixels() * group.frames.len() as u64;
-        let acquisition = &frame(images, group.frames[0]).acquisition;
         (
             std::cmp::Reverse(voxels),
             image.series_number,
             image.series_uid.clone(),
-            acquisition.parse::<i64>().unwrap_or(0),
+            frame(images, group.frames[0]).order(),
         )
     };
     groups.sort_by_cached_key(order);

@@ -1,6 +1,8 @@
-//! A folder of TIFF files, each of which is one slice.
+//! A folder of TIFF files: each of which is one slice, or which are a set whose OME-XML says where each plane is.
 
 use std::cmp::Ordering;
+use std::collections::HashMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -24,20 +26,36 @@ pub fn is_page(path: &Path) -> bool {
     is_named && !path.is_dir()
 }
 
+/// What is said of a file with reduced copies alone.
+const NO_PAGE: &str = "has no page in full resolution";
+/// The most bytes of a file of XML that describes a set.
+const MOST_XML: u64 = 1 << 28;
+
 pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let files = files(path)?;
-    let pages = files.par_iter().map(|file| {
-        let name = file.file_name().unwrap_or_default().to_string_lossy();
-        page(file).map_err(|fault| format!("{name}: {fault}"))
-    });
+    let name_of = |file: &PathBuf| {
+        file.file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned()
+    };
+    let names: Vec<String> = files.iter().map(name_of).collect();
+    let pages = files
+        .par_iter()
+        .zip(&names)
+        .map(|(file, name)| pages(file).map_err(|fault| format!("{name}: {fault}")));
     // All results are collected, so that the first fault is always the one that is reported.
-    let pages: Vec<Parsed<Page>> = pages.collect();
-    let pages: Vec<Page> = pages.into_iter().collect::<Parsed<_>>()?;
+    let pages: Vec<Parsed<Vec<Page>>> = pages.collect();
+    let pages: Vec<Vec<Page>> = pages.into_iter().collect::<Parsed<_>>()?;
+    let counts: Vec<usize> = pages.iter().map(Vec::len).collect();
+    let pages = pages.concat();
     let layout = pages[0].layout;
-    let names = files.iter().filter_map(|file| file.file_name());
-    let names: Vec<String> = names.map(|name| name.to_string_lossy().into()).collect();
-    let meaning =
-        meaning(&files[0], &names, &layout).map_err(|fault| format!("{}: {fault}", names[0]))?;
+    let folder = Folder {
+        path,
+        names,
+        counts,
+    };
+    let meaning = folder.meaning(&layout)?;
     stack(path, meaning, vec![layout.size], overrides, |n| {
         Ok(pages[n].clone())
     })
@@ -132,42 +150,118 @@ impl Name<'_> {
     }
 }
 
-/// What the first file says of all: ImageJ repeats its description in each, OME-XML says in which file each plane is, or each file
-/// describes itself. If the order of slices is that of the files' names, these may raise a doubt.
-fn meaning(first: &Path, names: &[String], layout: &Layout) -> Parsed<Meaning> {
-    let file = Arc::new(WatchedFile::open(first)?);
-    let directories = Directories::new(&file)?;
-    let full = directories.full_pages()?;
-    let pages = names.len();
-    let mut meaning = Meaning::stack(pages, layout.samples);
-    if let Some(page) = full.first() {
-        let description = directories.text(page, Tag::ImageDescription)?;
-        if description.starts_with(imagej::START) {
-            meaning = imagej_meaning(&description, &directories, page, pages, layout)?;
-        } else if ome::is_ome(&description) {
-            if ome::names_files(&description, pages)? {
-                return ome::meaning(&description, ome::Pages::Files(names), layout.samples);
-            }
-            (meaning.size, meaning.notes) = ome::voxel_size(&description, pages)?;
-        }
-    }
-    let stems = names.iter().filter_map(|name| Path::new(name).file_stem());
-    let stems: Vec<_> = stems.map(|stem| stem.to_string_lossy()).collect();
-    meaning.notes.extend(doubt(&stems));
-    Ok(meaning)
+/// A folder's files, in order.
+struct Folder<'a> {
+    path: &'a Path,
+    names: Vec<String>,
+    /// The number of pages of each.
+    counts: Vec<usize>,
 }
 
-fn page(path: &Path) -> Parsed<Page> {
+impl Folder<'_> {
+    /// What the first file says of all: ImageJ repeats its description in each, OME-XML says in which file each plane is, or each
+    /// file describes itself. If the order of slices is that of the files' names, these may raise a doubt.
+    fn meaning(&self, layout: &Layout) -> Parsed<Meaning> {
+        let first = &self.names[0];
+        let file = Arc::new(WatchedFile::open(&self.path.join(first))?);
+        let directories = Directories::new(&file)?;
+        let of_first = directories.full_pages()?;
+        let of_first = of_first.first().ok_or(NO_PAGE)?;
+        let mut description = directories.text(of_first, Tag::ImageDescription)?;
+        let pages = self.counts.iter().sum();
+        let named = |fault| format!("{first}: {fault}");
+        let mut missing = None;
+        if ome::is_ome(&description) {
+            match ome::described_in(&description, pages).map_err(named)? {
+                Some(other) if self.holds(&other) => description = self.description_in(&other)?,
+                Some(other) => {
+                    let told = "which describes its files, is missing";
+                    missing = Some(format!("the file {other}, {told}"));
+                }
+                None => {}
+            }
+            if ome::names_files(&description, pages).map_err(named)? {
+                let set = self.pages_of_files();
+                let from = ome::Pages::OfFiles(&set);
+                return ome::meaning(&description, from, layout.samples).map_err(named);
+            }
+        }
+        self.check_counts(missing.as_deref())?;
+        let mut meaning = Meaning::stack(pages, layout.samples);
+        if description.starts_with(imagej::START) {
+            meaning = imagej_meaning(&description, &directories, of_first, pages, layout)
+                .map_err(named)?;
+        } else if ome::is_ome(&description) {
+            (meaning.size, meaning.notes) = ome::voxel_size(&description, pages).map_err(named)?;
+        }
+        let stems = self
+            .names
+            .iter()
+            .filter_map(|name| Path::new(name).file_stem());
+        let stems: Vec<_> = stems.map(|stem| stem.to_string_lossy()).collect();
+        meaning
+            .notes
+            .extend(missing.map(|missing| format!("{missing}: each file is taken as a slice")));
+        meaning.notes.extend(doubt(&stems));
+        Ok(meaning)
+    }
+
+    /// Whether such a file is in the folder itself.
+    fn holds(&self, name: &str) -> bool {
+        let is_inside = Path::new(name).file_name().is_some_and(|file| file == name);
+        is_inside && self.path.join(name).is_file()
+    }
+
+    /// The XML of a set in one of its files, or in one beside them.
+    fn description_in(&self, name: &str) -> Parsed<String> {
+        let path = self.path.join(name);
+        let described = || {
+            let file = Arc::new(WatchedFile::open(&path)?);
+            if is_page(&path) {
+                let directories = Directories::new(&file)?;
+                let pages = directories.full_pages()?;
+                let first = pages.first().ok_or(NO_PAGE)?;
+                return directories.text(first, Tag::ImageDescription);
+            }
+            let xml = file.read(0, file.bytes().min(MOST_XML))?;
+            String::from_utf8(xml).map_err(|_| "describes the set, expected XML in UTF-8".into())
+        };
+        described().map_err(|fault| format!("{name}: {fault}"))
+    }
+
+    /// The pages of each file, the first file's first.
+    fn pages_of_files(&self) -> HashMap<String, Range<usize>> {
+        let mut end = 0;
+        let ranges = self.counts.iter().map(|count| {
+            end += count;
+            end - count..end
+        });
+        self.names.iter().cloned().zip(ranges).collect()
+    }
+
+    /// Fails unless each file is one slice. `missing` says what else would tell where pages belong.
+    fn check_counts(&self, missing: Option<&str>) -> Parsed<()> {
+        let mut counts = self.names.iter().zip(&self.counts);
+        match (counts.find(|(_, count)| **count != 1), missing) {
+            (None, _) => Ok(()),
+            (Some(_), Some(missing)) => Err(missing.into()),
+            (Some((name, count)), None) => Err(format!(
+                "{name}: has {count} pages, expected 1 in each file of a folder; open it alone"
+            )),
+        }
+    }
+}
+
+/// The pages of a file in full resolution.
+fn pages(path: &Path) -> Parsed<Vec<Page>> {
     let file = Arc::new(WatchedFile::open(path)?.closed());
     let directories = Directories::new(&file)?;
-    let pages = directories.full_pages()?;
-    match &pages[..] {
-        [one] => Page::new(&file, &directories, one),
-        _ => Err(format!(
-            "has {} pages, expected 1 in each file of a folder; open it alone",
-            pages.len()
-        )),
+    let full = directories.full_pages()?;
+    if full.is_empty() {
+        return Err(NO_PAGE.into());
     }
+    let page = |directory| Page::new(&file, &directories, directory);
+    full.iter().map(page).collect()
 }
 
 /// Orders names as people count: 9 comes before 10, and 009 is 9.

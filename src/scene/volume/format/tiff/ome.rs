@@ -3,7 +3,9 @@
 //!
 //! Only sizes, units and the order of pages are read. The author and the subject of the image are not.
 
+use std::collections::HashMap;
 use std::iter::{once, repeat_n};
+use std::ops::Range;
 
 use roxmltree::{Document, Node, ParsingOptions};
 
@@ -52,18 +54,42 @@ fn file_name<'a>(node: Node<'a, '_>) -> Option<&'a str> {
     node.attribute("FileName").filter(|_| is(&node, "UUID"))
 }
 
-/// Where pages are: in one file, or each in a file of its own, with these names.
+/// The file of a set that describes all of them, if it is not the one with this description.
+pub fn described_in(description: &str, pages: usize) -> Parsed<Option<String>> {
+    let document = parsed(description, pages)?;
+    let elsewhere = (document.descendants()).find(|node| is(node, "BinaryOnly"));
+    let file = elsewhere.and_then(|node| node.attribute("MetadataFile"));
+    Ok(file.map(str::to_string))
+}
+
+/// Where pages are: in one file, or in the files of a set, by their names.
 #[derive(Clone, Copy)]
 pub enum Pages<'a> {
     OfOneFile(usize),
-    Files(&'a [String]),
+    OfFiles(&'a HashMap<String, Range<usize>>),
 }
 
 impl Pages<'_> {
     fn count(self) -> usize {
         match self {
             Pages::OfOneFile(pages) => pages,
-            Pages::Files(names) => names.len(),
+            Pages::OfFiles(files) => files.values().map(Range::len).sum(),
+        }
+    }
+
+    /// The pages of a file of the set, or of the only one.
+    fn of(self, file: Option<&str>) -> Parsed<Range<usize>> {
+        match self {
+            Pages::OfOneFile(pages) => Ok(0..pages),
+            Pages::OfFiles(files) => {
+                let file =
+                    file.ok_or("its OME-XML does not say of every plane in which file it is")?;
+                files.get(file).cloned().ok_or_else(|| {
+                    format!(
+                        "its OME-XML says that a plane is in {file}, which the folder does not hold"
+                    )
+                })
+            }
         }
     }
 }
@@ -75,9 +101,7 @@ pub fn meaning(description: &str, from: Pages, samples: u32) -> Parsed<Meaning> 
     let Some(pixels) = pixels else {
         let elsewhere = document.descendants().any(|node| is(&node, "BinaryOnly"));
         return Err(if elsewhere {
-            "is a part of a set of OME-TIFF files that another file describes; open that one, or \
-                     write the set as one file"
-                .into()
+            "is a part of a set of OME-TIFF files that another file describes; open the folder that holds the set".into()
         } else {
             "its OME-XML has no `Pixels`".into()
         });
@@ -99,10 +123,16 @@ pub fn meaning(description: &str, from: Pages, samples: u32) -> Parsed<Meaning> 
         .iter()
         .fold(depth.into(), |planes, &n| u64::saturating_mul(planes, n));
     if planes > pages as u64 {
-        return Err(format!(
-            "has {pages} pages, but its OME-XML speaks of {planes}: the others are in other \
-             files, or were never written; write the set as one file"
-        ));
+        return Err(match from {
+            Pages::OfOneFile(_) => format!(
+                "has {pages} pages, but its OME-XML speaks of {planes}: the others are in other files, or were never \
+                 written; if there are other files, open the folder that holds them"
+            ),
+            Pages::OfFiles(files) => format!(
+                "its OME-XML speaks of {planes} planes, but the {} files of the folder have {pages} pages: some are missing",
+                files.len()
+            ),
+        });
     }
     let names = channel_names(&pixels, samples)
         .take(channels.min(MOST_NAMES) as usize)
@@ -209,8 +239,9 @@ fn order(name: &str, sizes: [usize; 3]) -> Parsed<[usize; 3]> {
 
 /// The page of each plane, in the order of planes.
 fn places(pixels: &Node, order: [usize; 3], planes: usize, from: Pages) -> Parsed<Vec<usize>> {
-    let pages = from.count();
-    let mut places: Vec<usize> = (0..planes).collect();
+    // In one file, planes that nothing is said of are where they would be without any word.
+    let otherwise = |plane| matches!(from, Pages::OfOneFile(_)).then_some(plane);
+    let mut places: Vec<Option<usize>> = (0..planes).map(otherwise).collect();
     let mut files = Vec::new();
     for data in pixels.children().filter(|node| is(node, "TiffData")) {
         let number = |key: &str| -> Parsed<Option<usize>> {
@@ -220,42 +251,45 @@ fn places(pixels: &Node, order: [usize; 3], planes: usize, from: Pages) -> Parse
             let wrong = |_| unexpected(key, text, "a whole number from 0 up");
             text.parse().map(Some).map_err(wrong)
         };
+        let file = data.children().find_map(file_name);
+        let pages = from.of(file)?;
         let page = number("IFD")?;
         let count = number("PlaneCount")?;
-        let count = count.unwrap_or(if page.is_some() { 1 } else { planes });
+        let count = count.unwrap_or(if page.is_some() { 1 } else { pages.len() });
         let mut plane: usize = 0;
         for (key, step) in ["FirstC", "FirstZ", "FirstT"].into_iter().zip(order) {
             let first = number(key)?.unwrap_or(0);
             plane = plane.saturating_add(first.saturating_mul(step));
         }
-        let file = data.children().find_map(file_name);
-        let first = match from {
-            Pages::OfOneFile(_) => page.unwrap_or(0),
-            Pages::Files(names) => place_of(file, names)?,
-        };
+        let first = page.unwrap_or(0);
         for n in 0..count.min(planes.saturating_sub(plane)) {
-            places[plane + n] = first.saturating_add(n);
+            let page = first.saturating_add(n);
+            if page >= pages.len() {
+                return Err(beyond(page, pages.len(), from, file));
+            }
+            places[plane + n] = Some(pages.start + page);
         }
         files.extend(file);
     }
     files.dedup();
     if files.len() > 1 && matches!(from, Pages::OfOneFile(_)) {
-        return Err("is a part of a set of OME-TIFF files; write the set as one file".to_string());
+        return Err(
+            "is a part of a set of OME-TIFF files; open the folder that holds the set".into(),
+        );
     }
-    match places.iter().find(|page| **page >= pages) {
-        Some(page) => Err(format!(
-            "has {pages} pages, but its OME-XML says that an image is on page {}",
-            page.saturating_add(1)
-        )),
-        None => Ok(places),
-    }
+    let places: Option<Vec<usize>> = places.into_iter().collect();
+    places.ok_or_else(|| "its OME-XML does not say of every plane in which file it is".into())
 }
 
-/// Which of a folder's files, of one page each, holds a plane.
-fn place_of(file: Option<&str>, names: &[String]) -> Parsed<usize> {
-    let file = file.ok_or("its OME-XML does not say of every plane in which file it is")?;
-    let place = names.iter().position(|name| name == file);
-    place.ok_or_else(|| {
-        format!("its OME-XML says that a plane is in {file}, which the folder does not hold")
-    })
+/// A refusal of a page, counted from 0, that a file of so many does not have.
+fn beyond(page: usize, pages: usize, from: Pages, file: Option<&str>) -> String {
+    let number = page.saturating_add(1);
+    match (from, file) {
+        (Pages::OfFiles(_), Some(file)) => {
+            format!(
+                "its OME-XML says that an image is on page {number} of {file}, which has {pages}"
+            )
+        }
+        _ => format!("has {pages} pages, but its OME-XML says that an image is on page {number}"),
+    }
 }
