@@ -234,6 +234,34 @@ fn a_negative_spacing_is_as_long() {
     assert_eq!(volume.spacing, [0.5, 1.0, 2.0]);
 }
 
+/// A misspelt field would otherwise leave its default without a word.
+#[test]
+fn fields_that_nrrd_does_not_have_are_told() {
+    let volume = load_bytes(
+        "v.nrrd",
+        u8s().nrrd("raw", "spacing: 2 2 2\nThickness: 3\n"),
+    );
+    assert_eq!(volume.spacing, [1.0; 3]);
+    let note =
+        "NRRD does not have these fields of the header, which are ignored: spacing, thickness";
+    assert_eq!(volume.notes, [note]);
+    let known =
+        "content: a\nold min: 0\nkinds: domain domain domain\nsample units: HU\nkey:=value\n";
+    assert!(
+        load_bytes("v.nrrd", u8s().nrrd("raw", known))
+            .notes
+            .is_empty()
+    );
+    let twice = u8s().nrrd("raw", "spacings: 1 1 1\nspacings: 1 1 2\n");
+    refuses(
+        "v.nrrd",
+        twice,
+        &["the header has `spacings` twice, with different values"],
+    );
+    let same = u8s().nrrd("raw", "spacings: 1 1 2\nspacings: 1 1 2\n");
+    assert_eq!(load_bytes("v.nrrd", same).spacing, [1.0, 1.0, 2.0]);
+}
+
 /// The unit of x is that of the world.
 #[test]
 fn nrrd_lengths_are_in_one_unit() {

@@ -83,7 +83,7 @@ fn fields(bytes: &[u8]) -> Parsed<(Fields, usize)> {
             }
             return Err(format!("line {}: expected `Key = value`", number + 1));
         };
-        fields.insert(key.trim(), value);
+        fields.insert(key, value)?;
         if key.trim().eq_ignore_ascii_case("ElementDataFile") {
             return Ok((fields, end));
         }

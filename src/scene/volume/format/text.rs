@@ -25,11 +25,26 @@ pub fn lines(bytes: &[u8]) -> impl Iterator<Item = (String, usize)> {
 pub struct Fields(HashMap<String, String>);
 
 impl Fields {
-    /// Keys are compared without regard to case and spaces ("data file" is "datafile").
-    pub fn insert(&mut self, key: &str, value: &str) {
-        self.0
-            .entry(canonical(key))
-            .or_insert_with(|| value.trim().to_string());
+    /// Keys are compared without regard to case and spaces ("data file" is "datafile"). Fails for a key with two values.
+    pub fn insert(&mut self, key: &str, value: &str) -> Parsed<()> {
+        let value = value.trim();
+        let kept = self.0.entry(canonical(key)).or_insert_with(|| value.into());
+        if kept == value {
+            Ok(())
+        } else {
+            Err(format!(
+                "the header has `{}` twice, with different values",
+                key.trim()
+            ))
+        }
+    }
+
+    /// The keys that are not known, in small letters, without spaces, and in the order of the alphabet.
+    pub fn others(&self, is_known: impl Fn(&str) -> bool) -> Vec<&str> {
+        let keys = self.0.keys().map(String::as_str);
+        let mut others: Vec<&str> = keys.filter(|key| !is_known(key)).collect();
+        others.sort_unstable();
+        others
     }
 
     pub fn get(&self, key: &str) -> Option<&str> {

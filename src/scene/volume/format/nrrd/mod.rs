@@ -13,6 +13,7 @@ use vectors::vectors;
 
 use super::header::{About, Header, first_bytes};
 use super::text::{Fields, TEXT_LIMIT, beside, lines, names_several_files};
+use crate::error::first_of;
 use crate::regular_file::open_file;
 use crate::scene::volume::orientation::{Axes, Coordinates, Orientation};
 use crate::scene::volume::overrides::VolumeOverrides;
@@ -21,6 +22,13 @@ use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
 use crate::scene::volume::storage::in_one_unit;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
+/// All fields that the format has, without the spaces in their names.
+const FIELDS: &str = "axismaxs axismins blocksize byteskip centerings centers content datafile dimension encoding endian \
+    kinds labels lineskip max measurementframe min number oldmax oldmin sampleunits sizes space spacedimension \
+    spacedirections spaceorigin spaceunits spacings thicknesses type units";
+/// The most unknown fields that a note names.
+const MOST_NAMED: usize = 3;
+
 pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let bytes = first_bytes(path, TEXT_LIMIT)?;
     let (fields, end) = fields(&bytes)?;
@@ -28,12 +36,10 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let axes = FileAxes::read(&fields)?;
     let (dims, several) = (axes.dims, &axes.several);
     let data = data(path, &fields, end)?;
-    let mut unknown = Vec::new();
+    let mut unknown_size = None;
     let units = units(&fields, &axes);
-    let geometry = geometry(&fields, &axes, &units, &mut unknown);
-    if overrides.spacing.is_some() {
-        unknown.clear();
-    }
+    let geometry = geometry(&fields, &axes, &units, &mut unknown_size);
+    let unknown_size = unknown_size.filter(|_| overrides.spacing.is_none());
     let (source, mut storage) = several.open(data, path, dims, voxel_type, overrides)?;
     storage.unit = units.symbol();
     Ok(Header {
@@ -43,7 +49,12 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
         geometry,
         slope: 1.0,
         intercept: 0.0,
-        notes: [storage.notes(), unknown].concat(),
+        notes: storage
+            .notes()
+            .into_iter()
+            .chain(unknown_size)
+            .chain(unknown_fields(&fields))
+            .collect(),
         storage,
         about: About::default(),
         source,
@@ -67,7 +78,7 @@ fn fields(bytes: &[u8]) -> Parsed<(Fields, Option<usize>)> {
         let Some((key, value)) = line.split_once(':') else {
             return Err(format!("line {}: expected `field: value`", number + 1));
         };
-        fields.insert(key, value);
+        fields.insert(key, value)?;
         // The lines after a list are file names.
         if fields
             .get("data file")
@@ -77,6 +88,15 @@ fn fields(bytes: &[u8]) -> Parsed<(Fields, Option<usize>)> {
         }
     }
     Ok((fields, None))
+}
+
+/// A note about fields that NRRD does not have, as one whose name is misspelt.
+fn unknown_fields(fields: &Fields) -> Option<String> {
+    let unknown = fields.others(|key| FIELDS.split(' ').any(|known| known == key));
+    (!unknown.is_empty()).then(|| {
+        let named = first_of(&unknown, MOST_NAMED);
+        format!("NRRD does not have these fields of the header, which are ignored: {named}")
+    })
 }
 
 fn voxel_type(name: &str) -> Parsed<VoxelType> {
@@ -136,7 +156,7 @@ fn geometry(
     fields: &Fields,
     axes: &FileAxes,
     units: &Units<'_>,
-    unknown: &mut Vec<String>,
+    unknown_size: &mut Option<String>,
 ) -> Parsed<([f64; 3], Orientation)> {
     if let Some(text) = fields.get("space directions") {
         let vectors = vectors(text, axes.count)?;
@@ -160,7 +180,7 @@ fn geometry(
         }
     };
     if spacing.iter().any(|size| size.is_nan()) {
-        unknown.push(format!(
+        *unknown_size = Some(format!(
             "{why} that the size of voxels is not known: it counts as 1; if that is wrong, set volume.spacing"
         ));
     }
