@@ -1,6 +1,7 @@
 //! The types that voxels have in files.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 use crate::error::{Error, Result};
@@ -108,6 +109,16 @@ impl VoxelType {
     /// Whether it is a floating-point number.
     pub fn is_float(self) -> bool {
         matches!(self, VoxelType::F16 | VoxelType::F32 | VoxelType::F64)
+    }
+
+    /// The integers that such a voxel may be; none for a floating-point number.
+    pub fn integers(self) -> RangeInclusive<i128> {
+        let bits = 8 * self.bytes();
+        match self {
+            VoxelType::F16 | VoxelType::F32 | VoxelType::F64 => RangeInclusive::new(0, -1),
+            VoxelType::U8 | VoxelType::U16 | VoxelType::U32 | VoxelType::U64 => 0..=(1 << bits) - 1,
+            _ => -(1 << (bits - 1))..=(1 << (bits - 1)) - 1,
+        }
     }
 
     /// The names that [`numpy`](VoxelType::numpy) knows, for messages.

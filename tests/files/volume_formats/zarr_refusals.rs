@@ -47,6 +47,13 @@ fn what_is_no_image_is_refused() {
         &["`fill_value` is `\"0x10000\"`", "of the array's type"],
     );
 
+    for (n, number) in ["-1", "65536", "0.5", "1e30"].into_iter().enumerate() {
+        let path = make(&format!("beyond {n}"), &zarr);
+        let fill = format!("\"fill_value\":{number}");
+        change(&path.join("s0/zarr.json"), "\"fill_value\":0", &fill);
+        message_of(&path, &["`fill_value` is", "of the array's type"]);
+    }
+
     let path = make("outside", &zarr);
     change(&path.join("zarr.json"), "\"s0\"", "\"../s0\"");
     message_of(&path, &["`path` is `../s0`", "inside"]);
@@ -164,4 +171,11 @@ fn codecs_around_shards_are_refused_by_name() {
     fs::write(&metadata, changed).unwrap();
     let found = "`codecs` is `transpose, sharding_indexed`, expected sharding_indexed alone";
     message_of(&path, &[found, "inside it"]);
+
+    let turned = r#""index_codecs":[{"name":"transpose","configuration":{"order":[3,2,1,0]}},"#;
+    fs::write(&metadata, text.replace("\"index_codecs\":[", turned)).unwrap();
+    message_of(
+        &path,
+        &["change the order of axes", "expected only bytes and crc32c"],
+    );
 }

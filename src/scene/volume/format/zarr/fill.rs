@@ -24,20 +24,19 @@ pub fn fill(value: &Value, voxel_type: VoxelType, endian: Endian) -> Parsed<Vec<
     let value = parsed.as_ref().unwrap_or(value);
     let bits = match value {
         Value::Null => 0,
-        Value::Bool(is_set) => u64::from(*is_set),
+        Value::Bool(is_set) if !voxel_type.is_float() => u64::from(*is_set),
         Value::String(text) if text.starts_with("0x") => {
             let bits = u64::from_str_radix(&text[2..], 16).ok();
             let fits = |bits: &u64| bits.leading_zeros() as usize >= 64 - 8 * size;
             bits.filter(fits).ok_or_else(wrong)?
         }
         Value::Number(number) if !voxel_type.is_float() => {
-            let signed = number.as_i64().map(|number| number as u64);
-            let whole = number.as_f64().filter(|number| number.fract() == 0.0);
-            let bits = number
-                .as_u64()
-                .or(signed)
-                .or(whole.map(|number| number as i64 as u64));
-            bits.ok_or_else(wrong)?
+            let whole = || number.as_f64().filter(|number| number.fract() == 0.0);
+            let number = number
+                .as_i128()
+                .or_else(|| whole().map(|number| number as i128));
+            let fits = |number: &i128| voxel_type.integers().contains(number);
+            number.filter(fits).ok_or_else(wrong)? as u64
         }
         Value::Number(_) | Value::String(_) => {
             let number = match value.as_str() {

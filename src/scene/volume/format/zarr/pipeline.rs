@@ -84,8 +84,11 @@ pub fn sharding(
         return Err("`sharding_indexed` needs `chunk_shape`, `codecs` and `index_codecs`".into());
     };
     let index = Pipeline::new(index, shape.len() + 1)?;
-    if index.codec != Codec::Plain {
-        return Err("`index_codecs` of shards compress, expected only bytes and crc32c".into());
+    let is_in_order = index.order.iter().copied().eq(0..=shape.len());
+    if index.codec != Codec::Plain || !is_in_order {
+        return Err(
+            "`index_codecs` of shards compress or change the order of axes, expected only bytes and crc32c".into(),
+        );
     }
     let is_index_at_end = match configuration.index_location.as_deref() {
         None | Some("end") => true,
