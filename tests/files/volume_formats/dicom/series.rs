@@ -52,6 +52,31 @@ fn the_largest_is_taken_and_the_others_are_named_with_their_flags() {
 }
 
 #[test]
+fn other_series_have_no_part_in_a_volume() {
+    let folder = folder();
+    let shown = Scan::ct();
+    let mut inverse = shown.clone().with(|common| {
+        let common = common.text((0x20, 0x0e), "UI", "1.2.3.4.2");
+        common
+            .text((0x28, 4), "CS", "MONOCHROME1")
+            .word((0x28, 0x120), 0)
+    });
+    inverse.slices.truncate(2);
+    // In the order of names between the others.
+    shown.write(folder.path(), Syntax::Explicit, |n| format!("I{}", 2 * n));
+    inverse.write(folder.path(), Syntax::Explicit, |n| {
+        format!("I{}", 2 * n + 1)
+    });
+    let volume = plain(folder.path());
+    assert_eq!(values(&volume), hounsfield());
+    assert!(!volume.notes.iter().any(|note| note.contains("MONOCHROME1")));
+    let mut files = volume.files.clone();
+    files.sort();
+    let own = (0..SLICES).map(|n| folder.path().join(format!("I{}", 2 * n)));
+    assert_eq!(files, own.collect::<Vec<_>>());
+}
+
+#[test]
 fn a_series_is_picked_by_its_number_or_its_uid() {
     let folder = several();
     let depth = |pick| picked(folder.path(), pick).unwrap().dims[2];

@@ -80,7 +80,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     notes.extend(found.told_unreadable());
     let group = &groups[number];
     check_undamaged(&found, group)?;
-    let stack = Stack::new(&found.images, group)?;
+    let mut stack = Stack::new(&found.images, group)?;
     let guess = stack.guess.clone();
     notes.extend(guess.filter(|_| overrides.spacing.is_none()));
     notes.extend(stack.notes.iter().cloned());
@@ -96,14 +96,14 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
         );
     }
     let (facts, storage) = (facts(first, &pairs), storage(first));
-    if found.images.iter().any(|image| image.low_is_white) {
+    if pairs.iter().any(|(image, _)| image.low_is_white) {
         notes.push(
             "files are MONOCHROME1 (low is shown as white): values are as they are stored".into(),
         );
     }
     let quantity = quantity(first);
     let (dims, spacing, orientation) = (stack.dims, stack.spacing, stack.orientation);
-    let images = std::mem::take(&mut found.images);
+    let images = stack.own_images(std::mem::take(&mut found.images));
     let gaps = stack.gaps.clone();
     let source = Box::new(StackSource::new(images, stack, &values)?);
     let remedy = match (&overrides.series, groups.len() - 1) {

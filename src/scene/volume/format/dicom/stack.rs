@@ -56,6 +56,26 @@ impl Stack {
         self.shifts.iter().any(|shift| *shift != 0.0)
     }
 
+    /// The images that it is made of, among all those of a folder. Its frames count these from then on.
+    pub fn own_images(&mut self, all: Vec<Image>) -> Vec<Image> {
+        let duplicates = self.duplicates.iter_mut().flat_map(|(a, b)| [a, b]);
+        let mut frames: Vec<&mut At> = self.frames.iter_mut().chain(duplicates).collect();
+        let mut numbers: Vec<Option<usize>> = vec![None; all.len()];
+        for at in &frames {
+            numbers[at.image] = Some(0);
+        }
+        for (n, number) in numbers.iter_mut().flatten().enumerate() {
+            *number = n;
+        }
+        for at in &mut frames {
+            at.image = numbers[at.image].unwrap_or_default();
+        }
+        let numbered = all.into_iter().zip(numbers);
+        numbered
+            .filter_map(|(image, number)| number.map(|_| image))
+            .collect()
+    }
+
     /// A picture that does not say where it lies.
     fn of_one_picture(
         picture: At,
