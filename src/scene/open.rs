@@ -31,14 +31,23 @@ pub fn bare_volume(volume: &Path, edits: &[Edit]) -> Result<SceneFile> {
 
 /// A volume that is named as the argument is the one that is shown.
 fn check_path_stays(volume: &Path, edits: &[Edit]) -> Result<()> {
-    match edits.iter().find(|edit| edit.sets("volume.path")) {
-        Some(edit) => Err(Error::Usage(format!(
-            "{}: the volume is {}; name the other file in its place, or in a scene file",
-            edit.flag(),
-            volume.display()
-        ))),
-        None => Ok(()),
+    let remedies = [
+        (
+            "volume.path",
+            "name the other file in its place, or in a scene file",
+        ),
+        ("volume", "set its keys one by one, as in volume.channel=1"),
+    ];
+    for (key, remedy) in remedies {
+        if let Some(edit) = edits.iter().find(|edit| edit.sets(key)) {
+            return Err(Error::Usage(format!(
+                "{}: the volume is {}; {remedy}",
+                edit.flag(),
+                volume.display()
+            )));
+        }
     }
+    Ok(())
 }
 
 /// Everything that a renderer needs, from a scene file, or from a volume and a preset.

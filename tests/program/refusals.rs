@@ -246,15 +246,11 @@ fn a_volume_that_is_named_is_the_one_that_is_shown() {
     let folder = Folder::new();
     let volume = "ball_16x16x16_uint8.raw";
     for command in ["info", "render -o a.exr"] {
-        let said = refused(
-            &folder,
-            &format!("{command} {volume} --set volume.path=b.raw"),
-            2,
-        );
-        assert!(
-            said.contains("--set volume.path=b.raw: the volume is ball"),
-            "{said}"
-        );
+        for edit in ["volume.path=b.raw", "volume={path=\"b.raw\"}"] {
+            let said = refused(&folder, &format!("{command} {volume} --set {edit}"), 2);
+            let expected = format!("--set {edit}: the volume is ball");
+            assert!(said.contains(&expected), "{said}");
+        }
     }
 }
 

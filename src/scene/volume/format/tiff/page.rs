@@ -229,10 +229,12 @@ fn places(
             offsets.len(),
         ));
     }
-    // A file may leave out what holds nothing but zeros, as GDAL does if it is told to; few readers know that.
+    // GDAL leaves out strips and tiles of zeros if it is told to; few readers know that.
     if offsets.contains(&0) {
         return Err(
-            "leaves out a strip or tile, expected all of them: write it without SPARSE_OK".into(),
+            "is sparse: it has no data for a strip or tile, expected data for each; `gdal_translate -co SPARSE_OK=FALSE` \
+             writes such a file"
+                .into(),
         );
     }
     Ok(offsets.into_iter().zip(lengths).collect())
