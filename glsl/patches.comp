@@ -37,9 +37,9 @@ View view_of(vec3 from, vec3 to) {
     for (uint corner = 0u; corner < 8u; ++corner) {
         vec3 d = mix(from, to, notEqual(uvec3(corner) & uvec3(1u, 2u, 4u), uvec3(0u)));
         float depth = dot(d, scene.forward);
-        vec2 film = vec2(dot(d, scene.right), -dot(d, scene.up)) / extent;
-        film = is_orthographic ? film : film / (depth + scene.start_distance);
-        vec2 at = (0.5 + 0.5 * film) * float(PATCHES);
+        vec2 ndc = vec2(dot(d, scene.right), -dot(d, scene.up)) / extent;
+        ndc = is_orthographic ? ndc : ndc / (depth + scene.start_distance);
+        vec2 at = (0.5 + 0.5 * ndc) * float(PATCHES);
         view.low = min(view.low, at);
         view.high = max(view.high, at);
         view.far = max(view.far, length(d));

@@ -18,8 +18,8 @@ vec2 marched_point(Random random) {
 // and within the box. `entry` is the eye's distance to where it begins: the ray's own t starts there, so that a distant eye
 // costs it no digits. The ray as a whole is off by up to 6e-8 of the distance from where rays start. Misses have t_end < 0.
 Ray camera_ray_within(vec2 p, vec2 reach, out float entry, out float t_end) {
-    vec2 film = vec2(2.0, -2.0) * p / vec2(scene.size) + vec2(-1.0, 1.0);
-    vec3 across = film.x * scene.right + film.y * scene.up;
+    vec2 ndc = vec2(2.0, -2.0) * p / vec2(scene.size) + vec2(-1.0, 1.0);
+    vec3 across = ndc.x * scene.right + ndc.y * scene.up;
     vec3 start = scene.start + (is_orthographic ? across : scene.start_distance * across);
     vec3 ahead = is_orthographic ? scene.forward : scene.forward + across;
     Ray ray = make_ray(to_grid(start), normalize(ahead));

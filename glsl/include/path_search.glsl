@@ -55,7 +55,7 @@ void hold_search(inout Path path, Search search) {
     path.search_inside = search.inside;
 }
 
-// The search for the flight's surface; path.surface is the one on which the flight starts, or −1.
+// The search for the flight's surface; path.surface is the one on which the flight starts, or NOTHING.
 Search begin_flight_search(Path path, Ray ray) {
     return begin_search(ray, path.t, path.surface, path.inside);
 }

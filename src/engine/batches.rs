@@ -7,8 +7,10 @@ use crate::render::next_batch_size;
 
 /// The cache's share of the error asked for, while it is not known how noisy samples are (`filling.rs`): all samples
 /// share it, so averaging them does not reduce it.
-/// If the cache has half of the error, √¾ of it is left to the samples, of which a third more are needed; but the cache fills
-/// in a quarter of the time that a quarter of the error would take.
+///
+/// Errors add up as squares. A cache with half of the error that is asked for leaves √(1 − ¼) of it to the samples, so that
+/// 4/3 as many are needed as beside a perfect cache. A cache with a quarter of the error would need 16/15 as many samples, but
+/// four times as many paths.
 const CACHE_SHARE_OF_ERROR: f64 = 0.5;
 /// Relative error at which the cache counts as converged where no error is asked for.
 const CACHE_ERROR: f64 = 0.002;

@@ -16,7 +16,7 @@ use super::batches::FEWEST_UPDATES;
 use super::forecast::{CachedForecast, Forecast, SampleForecast};
 use super::setup::Setup;
 use super::task::Task;
-use super::verdict::Compared;
+use super::verdict::{Verdict, reason};
 use super::{Engine, Stopwatch};
 use crate::error::Result;
 use crate::render::{Batch, Cache, Choice, Until, next_batch_size};
@@ -220,7 +220,6 @@ impl Setup<'_> {
     ) -> Result<Contest> {
         let sampled = watch.elapsed().as_secs_f64();
         let end = sampled + SHARE * uncached.seconds_of(task);
-        let uncached = Forecast::Uncached(*uncached);
         let mut best: Option<(Choice, CachedForecast)> = None;
         let mut why = TOO_SLOW.to_string();
         let last = caches.len() - 1;
@@ -230,7 +229,7 @@ impl Setup<'_> {
             engine.warm_up()?;
             // What is kept of the picture without a cache need not be sampled again.
             let (rival, to_go_back) = match &best {
-                None => (uncached, making - sampled),
+                None => (Forecast::Uncached(*uncached), making - sampled),
                 Some((_, best)) => (Forecast::Cached(*best), making),
             };
             let mut filling = Stopwatch::paused();
@@ -242,16 +241,16 @@ impl Setup<'_> {
             let Some(tried) = tried else {
                 break;
             };
-            let compared = Compared::of(&uncached, &tried.forecast, task);
+            let reason = reason(uncached, &tried.forecast, task);
             if tried.is_better {
-                choice.reason = format!("{compared}; {}", choice.reason);
+                choice.reason = format!("{reason}; {}", choice.reason);
                 if n == last {
                     engine.choice = choice;
                     return Ok(Contest::Won(Box::new(engine), filling));
                 }
                 best = Some((choice, tried.forecast));
             } else if best.is_none() {
-                why = compared.to_string();
+                why = reason;
             }
         }
         match best {
@@ -300,7 +299,7 @@ impl Engine {
                 fill: self.filling().expect("only caches are tried"),
             };
             let head_start = to_go_back + self.seconds_filled();
-            let is_better = Compared::of(rival, &cached, task).cache_is_better(head_start);
+            let is_better = Verdict::of(rival, &cached, task).cache_is_better(head_start);
             let is_known = |cache: &Cache| cache.filling.is_known_to(f64::INFINITY);
             let is_decided = if until.is_over() {
                 // To be wrong costs most where paths wait for bricks.

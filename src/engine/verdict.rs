@@ -1,8 +1,6 @@
 //! Whether a cache is worth its filling, by two forecasts.
 
-use std::fmt;
-
-use super::forecast::{CachedForecast, Forecast};
+use super::forecast::{CachedForecast, Forecast, SampleForecast};
 use super::task::Task;
 
 /// With a cache, an error is reached later than forecast: whether the cache is good enough is checked only when its paths
@@ -10,30 +8,29 @@ use super::task::Task;
 /// it.
 const LATE: f64 = 1.2;
 
-/// Forecasts with a cache and with its rival, which is no cache or another cache. Displayed, it ends a sentence that says
-/// why one is chosen; the text is only correct if the rival has no cache.
+/// Forecasts with a cache and with its rival, which is no cache or another cache.
 #[derive(Debug)]
-pub enum Compared {
+pub enum Verdict {
     /// Seconds until all pictures have the relative error `to`.
     Seconds { to: f64, with: f64, without: f64 },
     /// Relative errors of pictures that take so many seconds each.
     Errors { after: f64, with: f64, without: f64 },
 }
 
-impl Compared {
+impl Verdict {
     /// Compares a cache with its rival by the time until pictures have the error that is asked for; by their errors at the
     /// end of the time if no error is asked for, or if neither reaches it in time.
-    pub fn of(rival: &Forecast, cached: &CachedForecast, task: &Task<'_>) -> Compared {
+    pub fn of(rival: &Forecast, cached: &CachedForecast, task: &Task<'_>) -> Verdict {
         let Task { stop, pictures, .. } = *task;
         if let Some(to) = stop.relative_error {
             let with = cached.seconds_to(to, pictures);
             let without = rival.seconds_to(to, pictures);
             if without.min(with) <= task.seconds() {
-                return Compared::Seconds { to, with, without };
+                return Verdict::Seconds { to, with, without };
             }
         }
         let after = stop.seconds();
-        Compared::Errors {
+        Verdict::Errors {
             after,
             with: cached.error_after(after / LATE, pictures),
             without: rival.error_after(after, pictures),
@@ -44,35 +41,36 @@ impl Compared {
     /// filling has taken so far, and the time that returning to the rival would take.
     pub fn cache_is_better(&self, head_start: f64) -> bool {
         match *self {
-            Compared::Seconds { with, without, .. } => LATE * with < without + head_start,
-            Compared::Errors { with, without, .. } => with < without,
+            Verdict::Seconds { with, without, .. } => LATE * with < without + head_start,
+            Verdict::Errors { with, without, .. } => with < without,
         }
     }
-}
 
-impl fmt::Display for Compared {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// What is expected, where the rival is no cache.
+    fn beside_no_cache(&self) -> String {
         match *self {
-            Compared::Seconds { to, with, without } => write!(
-                f,
+            Verdict::Seconds { to, with, without } => format!(
                 "a relative error of {to} is expected after {} with a cache and {} without one",
                 seconds(with),
                 seconds(without)
             ),
-            Compared::Errors {
+            Verdict::Errors {
                 after,
                 with,
                 without,
-            } => {
-                write!(
-                    f,
-                    "after {after} s a relative error of {} is expected with a cache and of {} without one",
-                    in_words(with),
-                    in_words(without)
-                )
-            }
+            } => format!(
+                "after {after} s a relative error of {} is expected with a cache and of {} without one",
+                in_words(with),
+                in_words(without)
+            ),
         }
     }
+}
+
+/// Why a cache is chosen, or no cache: the end of a sentence.
+pub fn reason(uncached: &SampleForecast, cached: &CachedForecast, task: &Task<'_>) -> String {
+    let verdict = Verdict::of(&Forecast::Uncached(*uncached), cached, task);
+    verdict.beside_no_cache()
 }
 
 fn seconds(expected: f64) -> String {
@@ -110,7 +108,7 @@ mod tests {
             pictures,
             interrupt: &GOES_ON,
         };
-        Compared::of(&Forecast::Uncached(UNCACHED), &cached, &task).cache_is_better(head_start)
+        Verdict::of(&Forecast::Uncached(UNCACHED), &cached, &task).cache_is_better(head_start)
     }
 
     fn is_cached(stop: Stop, pictures: u32) -> bool {
@@ -174,19 +172,19 @@ mod tests {
 
     #[test]
     fn a_reason_ends_a_sentence() {
-        let reached = Compared::Seconds {
+        let reached = Verdict::Seconds {
             to: 0.02,
             with: 12.34,
             without: f64::INFINITY,
         };
         let expected = "a relative error of 0.02 is expected after 12.3 s with a cache and an unknown time without one";
-        assert_eq!(reached.to_string(), expected);
-        let errors = Compared::Errors {
+        assert_eq!(reached.beside_no_cache(), expected);
+        let errors = Verdict::Errors {
             after: 1.5,
             with: 0.012,
             without: f64::NAN,
         };
         let expected = "after 1.5 s a relative error of 0.0120 is expected with a cache and of unknown size without one";
-        assert_eq!(errors.to_string(), expected);
+        assert_eq!(errors.beside_no_cache(), expected);
     }
 }

@@ -12,10 +12,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use tempfile::NamedTempFile;
 use xxhash_rust::xxh3::xxh3_128;
 
 use crate::cache_dir::cache_dir;
+use crate::temporary;
 
 const MAGIC: [u8; 8] = *b"isolume1";
 /// The magic number and the hash of all that follows it: the name, a zero, the contents.
@@ -24,6 +24,8 @@ const HEADER_BYTES: usize = MAGIC.len() + size_of::<u128>();
 const MOST_BYTES: u64 = 256 << 20;
 /// The most files in a folder: scenes of every kind need a few hundred.
 const MOST_FILES: usize = 1000;
+/// The beginning of temporary names.
+const PREFIX: &str = ".isolume-compiled-";
 /// Folders of other versions that are kept beside the own one.
 const OTHER_VERSIONS: usize = 3;
 
@@ -75,16 +77,16 @@ impl Compiled {
             fs::create_dir_all(folder)?;
             remove_older_than_the_last_few(folder);
         }
+        temporary::remove_abandoned(folder, PREFIX);
         let path = folder.join(name);
         if !path.exists() && fs::read_dir(folder)?.count() >= MOST_FILES {
             return Ok(());
         }
         let body = [name.as_bytes(), &[0], contents].concat();
-        let mut file = NamedTempFile::new_in(folder)?;
-        file.write_all(&Compiled::header(&body))?;
-        file.write_all(&body)?;
-        file.persist(path)?;
-        Ok(())
+        let mut temporary = temporary::create(folder, PREFIX)?;
+        temporary.file.write_all(&Compiled::header(&body))?;
+        temporary.file.write_all(&body)?;
+        temporary.persist(&path)
     }
 
     fn header(body: &[u8]) -> [u8; HEADER_BYTES] {
@@ -165,8 +167,15 @@ mod tests {
         for name in 0..MOST_FILES {
             compiled.store(&name.to_string(), b"old");
         }
+        let file = |name: &str| compiled.folder.as_ref().expect("a folder").join(name);
+        let left = temporary::create(&file(""), PREFIX).expect("a file");
+        let (_, left) = left
+            .file
+            .keep()
+            .expect("a file that a killed process leaves");
         compiled.store("7", b"new");
         compiled.store("another", b"new");
+        assert!(!left.exists());
         assert_eq!(compiled.load("7"), Some(b"new".to_vec()));
         assert_eq!(compiled.load("another"), None);
     }

@@ -162,7 +162,7 @@ impl Frame {
         let rows = Rows {
             all: groups[axis],
             workgroups: groups.iter().product::<u32>() / groups[axis],
-            dearest_ms: pass.dearest_ms.get(),
+            slowest_ms: pass.slowest_ms.get(),
         };
         let (mut begin, mut count) = ([0; 3], groups);
         (begin[axis], count[axis]) = slices.next(rows);
@@ -173,8 +173,8 @@ impl Frame {
             })
         })?;
         let is_last = slices.took(rows, count[axis], began.elapsed());
-        if is_last && let Some(ms) = slices.dearest_ms() {
-            pass.dearest_ms.set(Some(ms));
+        if is_last && let Some(ms) = slices.slowest_ms() {
+            pass.slowest_ms.set(Some(ms));
         }
         Ok(is_last)
     }

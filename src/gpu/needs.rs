@@ -162,13 +162,15 @@ pub(super) fn needs(instance: &Instance, physical: vk::PhysicalDevice) -> Vec<Ne
         return vec![version];
     }
     let mut table = vec![version];
-    table.extend(features(instance, physical));
+    table.extend(required(instance, physical));
+    table.extend(optional(instance, physical, &properties));
     table.extend(limits(&properties.limits));
     table.extend(formats(instance, physical));
     table
 }
 
-fn features(instance: &Instance, physical: vk::PhysicalDevice) -> [Need; 9] {
+/// What no pass can do without.
+fn required(instance: &Instance, physical: vk::PhysicalDevice) -> [Need; 3] {
     let mut twelve = vk::PhysicalDeviceVulkan12Features::default();
     let mut all = vk::PhysicalDeviceFeatures2::default().push_next(&mut twelve);
     // SAFETY: `physical` belongs to the live instance, and the chain outlives the call.
@@ -179,16 +181,8 @@ fn features(instance: &Instance, physical: vk::PhysicalDevice) -> [Need; 9] {
     };
     let stores_more = all.features.shader_storage_image_extended_formats == vk::TRUE;
     let families = queue_families(instance, physical);
-    // SAFETY: `physical` belongs to the live instance.
-    let properties = unsafe { instance.raw.get_physical_device_properties(physical) };
-    let is_cpu = properties.device_type == vk::PhysicalDeviceType::CPU;
-    let computes = |f: &&vk::QueueFamilyProperties| f.queue_flags.contains(vk::QueueFlags::COMPUTE);
     [
-        presence(
-            "compute queue",
-            families.iter().any(|f| computes(&f)),
-            "every pass",
-        ),
+        presence("compute queue", families.iter().any(computes), "every pass"),
         presence(
             "scalarBlockLayout",
             twelve.scalar_block_layout == vk::TRUE,
@@ -199,9 +193,22 @@ fn features(instance: &Instance, physical: vk::PhysicalDevice) -> [Need; 9] {
             stores_more,
             "storage images of two floats, and of 8 and 16 bits where a CPU reads voxels",
         ),
+    ]
+}
+
+/// What has a fallback.
+fn optional(
+    instance: &Instance,
+    physical: vk::PhysicalDevice,
+    properties: &vk::PhysicalDeviceProperties,
+) -> [Need; 6] {
+    let families = queue_families(instance, physical);
+    let mut computing = families.iter().filter(|family| computes(family));
+    let is_cpu = properties.device_type == vk::PhysicalDeviceType::CPU;
+    [
         presence(
             "timestamps",
-            families.iter().filter(computes).any(has_timestamps),
+            computing.any(has_timestamps),
             "the time of each pass",
         )
         .or("passes are timed by the host's clock, a submission at a time"),
@@ -236,6 +243,10 @@ fn features(instance: &Instance, physical: vk::PhysicalDevice) -> [Need; 9] {
         )
         .or("all bricks of a volume are in one allocation"),
     ]
+}
+
+fn computes(family: &vk::QueueFamilyProperties) -> bool {
+    family.queue_flags.contains(vk::QueueFlags::COMPUTE)
 }
 
 /// Whether the threads of a compute shader that run together can vote.

@@ -46,7 +46,7 @@ pub struct Pass {
     pub(super) pipeline: Pipeline,
     /// What a workgroup of the last run in slices took in the slice where it took longest, in milliseconds; `None` before
     /// there was one.
-    pub(super) dearest_ms: Cell<Option<f64>>,
+    pub(super) slowest_ms: Cell<Option<f64>>,
 }
 
 fn unfit(pass: &str, problem: String) -> Error {
@@ -89,7 +89,7 @@ impl Pass {
             push_bytes,
             workgroup,
             pipeline,
-            dearest_ms: Cell::new(None),
+            slowest_ms: Cell::new(None),
         })
     }
 

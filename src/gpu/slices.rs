@@ -2,7 +2,7 @@
 //! the last ones took.
 //!
 //! Rows differ: those of a picture's border may cost nothing, and the next ones all of its time. So a slice holds as many rows
-//! as stay within its time if each of their workgroups takes as long as the dearest so far, of this run of the pass and of the
+//! as stay within its time if each of their workgroups takes as long as the slowest so far, of this run of the pass and of the
 //! one before. In the first run, where nothing is known of the rows to come, it holds an eighth of them at most.
 
 use std::time::Duration;
@@ -26,8 +26,8 @@ pub struct Slices {
     again: Option<u32>,
     /// Rows of the last slice, or 0.
     rows: u32,
-    /// `dearest_ms()`, or 0.
-    dearest_ms: f64,
+    /// `slowest_ms()`, or 0.
+    slowest_ms: f64,
 }
 
 /// The rows of a pass.
@@ -36,8 +36,8 @@ pub(super) struct Rows {
     pub all: u32,
     /// Workgroups in each.
     pub workgroups: u32,
-    /// The `dearest_ms` of the last whole run of the pass, if there was one.
-    pub dearest_ms: Option<f64>,
+    /// The `slowest_ms` of the last whole run of the pass, if there was one.
+    pub slowest_ms: Option<f64>,
 }
 
 impl Slices {
@@ -47,15 +47,15 @@ impl Slices {
             begin: 0,
             again: None,
             rows: 0,
-            dearest_ms: 0.0,
+            slowest_ms: 0.0,
         }
     }
 
     /// The first row of the next slice, and its number of rows.
     pub(super) fn next(&self, rows: Rows) -> (u32, u32) {
-        let dearest_ms = rows.dearest_ms.unwrap_or(0.0).max(self.dearest_ms);
-        let in_time = self.target_ms / (dearest_ms * f64::from(rows.workgroups));
-        let known = match rows.dearest_ms {
+        let slowest_ms = rows.slowest_ms.unwrap_or(0.0).max(self.slowest_ms);
+        let in_time = self.target_ms / (slowest_ms * f64::from(rows.workgroups));
+        let known = match rows.slowest_ms {
             Some(_) => rows.all,
             None => (2 * self.rows).clamp(rows.all.div_ceil(FIRST), rows.all.div_ceil(LARGEST)),
         };
@@ -66,11 +66,11 @@ impl Slices {
     /// Goes on behind a slice of `count` rows, which took so long. Returns whether it was the last.
     pub(super) fn took(&mut self, rows: Rows, count: u32, time: Duration) -> bool {
         // Some drivers finish compiling a pass when it first runs, which tells nothing of its rows.
-        let may_have_compiled = self.begin == 0 && rows.dearest_ms.is_none();
+        let may_have_compiled = self.begin == 0 && rows.slowest_ms.is_none();
         if !may_have_compiled {
             let ms = time.as_secs_f64() * 1e3;
             let workgroups = f64::from(count) * f64::from(rows.workgroups);
-            self.dearest_ms = self.dearest_ms.max(ms / workgroups);
+            self.slowest_ms = self.slowest_ms.max(ms / workgroups);
         }
         self.begin += count;
         self.rows = count;
@@ -79,8 +79,8 @@ impl Slices {
     }
 
     /// What a workgroup has taken in the slice where it took longest, in milliseconds, as far as is known.
-    pub(super) fn dearest_ms(&self) -> Option<f64> {
-        Some(self.dearest_ms).filter(|&ms| ms > 0.0)
+    pub(super) fn slowest_ms(&self) -> Option<f64> {
+        Some(self.slowest_ms).filter(|&ms| ms > 0.0)
     }
 
     /// Before the slice between `self` and `behind`, which runs again.
@@ -91,10 +91,10 @@ impl Slices {
         }
     }
 
-    /// The same progress, with the higher price of both.
-    pub fn as_dear_as(self, other: &Slices) -> Slices {
+    /// The same progress; its workgroups count as no faster than those of the other one.
+    pub fn no_faster_than(self, other: &Slices) -> Slices {
         Slices {
-            dearest_ms: self.dearest_ms.max(other.dearest_ms),
+            slowest_ms: self.slowest_ms.max(other.slowest_ms),
             ..self
         }
     }
@@ -114,12 +114,12 @@ mod tests {
     /// Runs a pass again and again whose rows take so many milliseconds each, each submission 0.1 more, and the first of all
     /// 500 that are not in what is returned: the times of the slices of each run.
     fn runs(rows_ms: &[f64], target_ms: f64) -> [Vec<f64>; 3] {
-        let mut dearest_ms = None;
+        let mut slowest_ms = None;
         [(); 3].map(|()| {
             let rows = Rows {
                 all: rows_ms.len() as u32,
                 workgroups: WORKGROUPS,
-                dearest_ms,
+                slowest_ms,
             };
             let mut slices = Slices::new(target_ms);
             let mut times = Vec::new();
@@ -128,14 +128,14 @@ mod tests {
                 let rows_ms = &rows_ms[begin as usize..][..count as usize];
                 let ms = 0.1 + rows_ms.iter().sum::<f64>();
                 times.push(ms);
-                let compiling = if dearest_ms.is_none() && begin == 0 {
+                let compiling = if slowest_ms.is_none() && begin == 0 {
                     500.0
                 } else {
                     0.0
                 };
                 let took = Duration::from_secs_f64((ms + compiling) / 1e3);
                 if slices.took(rows, count, took) {
-                    dearest_ms = slices.dearest_ms();
+                    slowest_ms = slices.slowest_ms();
                     return times;
                 }
             }
@@ -172,14 +172,14 @@ mod tests {
         let rows = Rows {
             all: 270,
             workgroups: WORKGROUPS,
-            dearest_ms: None,
+            slowest_ms: None,
         };
         let before = Slices::new(50.0);
         let (begin, count) = before.next(rows);
         let mut behind = before;
         behind.took(rows, count, Duration::from_millis(1));
         let known = Rows {
-            dearest_ms: Some(1e-3),
+            slowest_ms: Some(1e-3),
             ..rows
         };
         let mut again = before.once_more(&behind);

@@ -15,14 +15,18 @@ pub enum Variant {
 }
 
 impl Variant {
-    /// The word that selects the variant in scene files and on the command line.
-    pub fn word(&self) -> &'static str {
-        let selected = match self {
+    /// The variant as scenes name it.
+    pub fn selected(&self) -> scene::Variant {
+        match self {
             Variant::NonCaching => scene::Variant::NonCaching,
             Variant::Caching(_) => scene::Variant::Caching,
             Variant::Published => scene::Variant::Published,
-        };
-        selected.name()
+        }
+    }
+
+    /// The word that selects the variant in scene files and on the command line.
+    pub fn word(&self) -> &'static str {
+        self.selected().name()
     }
 
     /// The variant with its cache's resolution, as in "caching at scale 0.5 in f16".

@@ -87,7 +87,7 @@ impl Resources {
             then(recording)
         })?;
         // Invocations that have missed bricks, or have nothing left to do, take less time than they would.
-        let behind = behind.map_or(next, |behind| behind.as_dear_as(&next));
+        let behind = behind.map_or(next, |behind| behind.no_faster_than(&next));
         if bricks.serve(frame, &self.volumes, &mut admission)? {
             *now = now.once_more(&behind);
             slices.repeated = Some(Repeated {

@@ -19,11 +19,7 @@ impl Settings {
     pub fn of(variant: &Variant, reason: &str) -> Settings {
         let layout = variant.cache();
         Settings {
-            variant: match variant {
-                Variant::NonCaching => scene::Variant::NonCaching,
-                Variant::Caching(_) => scene::Variant::Caching,
-                Variant::Published => scene::Variant::Published,
-            },
+            variant: variant.selected(),
             cache_scale: layout.map_or(CacheScale::Auto, |l| CacheScale::Fixed(l.scale)),
             cache_format: layout.map_or(CacheFormat::Auto, |layout| layout.format()),
             reason: reason.into(),

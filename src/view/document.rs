@@ -3,16 +3,16 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::SystemTime;
 
 use crate::error::{Error, Result};
+use crate::regular_file::Version;
 use crate::scene::volume::Histogram;
 use crate::scene::{Edit, Opened, is_scene};
 
 pub struct Document {
     pub path: PathBuf,
-    /// When the text at the path was last modified before it was read.
-    pub modified: Option<SystemTime>,
+    /// The version of the file at the path just before it was read.
+    pub version: Option<Version>,
     /// The changes with which it was opened, beside the text at the path.
     pub edits: Vec<Edit>,
     pub opened: Opened,

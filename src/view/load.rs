@@ -12,11 +12,11 @@ use winit::event_loop::EventLoopProxy;
 
 use super::document::Document;
 use super::live::{BuildOrder, Live};
-use super::watch::modified;
 use crate::cli::ViewArgs;
 use crate::error::{Error, Result};
 use crate::interrupt::is_interrupted;
 use crate::output::check_inputs_stay;
+use crate::regular_file::Version;
 use crate::scene::volume::{Preview, Reading, Volume};
 use crate::scene::{Edit, open};
 
@@ -108,7 +108,7 @@ pub fn open_document(
         move || is_interrupted() || is_closed.load(Ordering::Relaxed)
     });
     Load::begin(what, proxy, Some(reading.clone()), move || {
-        let modified = modified(&path);
+        let version = Version::at(&path);
         let opened = open(&path, preset, &edits, |path, overrides| {
             Volume::load_watched(path, overrides, &reading, stores.as_ref())
         })?;
@@ -116,7 +116,7 @@ pub fn open_document(
         Ok(Document {
             histogram: opened.volume.histogram_of_data()?,
             path,
-            modified,
+            version,
             edits,
             opened,
             is_closed,

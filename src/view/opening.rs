@@ -26,7 +26,7 @@ impl App<'_> {
                     self.report.say(&format!("note: {note}"));
                 }
                 self.watch = is_scene(&document.path)
-                    .then(|| Watch::new(&document.path, &document.edits, document.modified));
+                    .then(|| Watch::new(&document.path, &document.edits, document.version));
                 self.set_title(&document);
                 let volume = document.opened.file.volume_path()?;
                 let listing = Some(list_series(volume, &self.proxy));

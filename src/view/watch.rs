@@ -1,8 +1,9 @@
 //! Watches the scene file: an edit on disk shows at once.
 
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 
+use crate::regular_file::Version;
 use crate::scene::Edit;
 
 /// The time between two looks at the file.
@@ -12,13 +13,13 @@ pub struct Watch {
     pub path: PathBuf,
     /// The changes of the command line, and a series that was picked, with which the file was opened.
     pub edits: Vec<Edit>,
-    seen: Option<SystemTime>,
+    seen: Option<Version>,
     looked: Instant,
 }
 
 impl Watch {
-    /// `read`: when the text that is shown was last modified.
-    pub fn new(path: &Path, edits: &[Edit], read: Option<SystemTime>) -> Watch {
+    /// `read`: the version of the file whose text is shown.
+    pub fn new(path: &Path, edits: &[Edit], read: Option<Version>) -> Watch {
         Watch {
             path: path.to_path_buf(),
             edits: edits.to_vec(),
@@ -34,17 +35,11 @@ impl Watch {
             return false;
         }
         self.looked = Instant::now();
-        let now = modified(&self.path);
+        let now = Version::at(&self.path);
         let changed = now.is_some() && now != self.seen;
         if changed {
             self.seen = now;
         }
         changed
     }
-}
-
-/// When a file was last modified; `None` for anything else, since reading a pipe would wait for its writer.
-pub fn modified(path: &Path) -> Option<SystemTime> {
-    let metadata = path.metadata().ok()?;
-    metadata.is_file().then(|| metadata.modified().ok())?
 }

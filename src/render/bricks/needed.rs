@@ -2,12 +2,12 @@
 
 use crate::render::gpu_scene::GpuScene;
 use crate::render::layout::{BrickLayout, Occupancy};
-use crate::scene::volume::{MACROCELL, Volume};
+use crate::scene::volume::{BRICK_SIDE, MACROCELL, Volume};
 
 /// Number of bricks in which the medium scatters or a surface shows. Of the others, only those are read that share a block
 /// of one majorant with one of them, or lie beside a surface.
 pub fn needed_bricks(scene: &GpuScene, volume: &Volume) -> u32 {
-    let needed = which_are_needed(scene, volume, BrickLayout::SIDE);
+    let needed = which_are_needed(scene, volume, BRICK_SIDE);
     needed.into_iter().filter(|&needed| needed).count() as u32
 }
 

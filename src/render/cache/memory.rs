@@ -96,8 +96,8 @@ impl CacheMemory {
                 "tails",
                 tail_bytes(scene.parts.view.size),
             )?,
-            marched: MarchedLookups::allocate(memory, "marched samples")?,
-            marched_at_rest: MarchedLookups::allocate(memory, "marched samples at rest")?,
+            marched: MarchedLookups::allocate(memory, "marched lookups")?,
+            marched_at_rest: MarchedLookups::allocate(memory, "marched lookups at rest")?,
         })
     }
 

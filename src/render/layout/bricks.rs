@@ -8,6 +8,7 @@ use crate::gpu::DeviceSummary;
 use crate::render::packed::{self, pack, position};
 use crate::render::shared::PLACES_DEEP;
 use crate::render::volume_images::VOLUME_IMAGES;
+use crate::scene::volume::BRICK_SIDE;
 
 /// A volume in bricks, and images with places for some of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,9 +35,6 @@ pub struct Place {
 }
 
 impl BrickLayout {
-    /// Voxels along a side by default.
-    pub const SIDE: u32 = 32;
-
     /// At least `places` places for bricks, unless the device's images or the volume have fewer. Voxels take `voxel_bytes`.
     pub fn new(
         dims: [u32; 3],
@@ -44,7 +42,7 @@ impl BrickLayout {
         places: u64,
         limits: &DeviceSummary,
     ) -> BrickLayout {
-        BrickLayout::with_side(BrickLayout::SIDE, dims, voxel_bytes, places, limits)
+        BrickLayout::with_side(BRICK_SIDE, dims, voxel_bytes, places, limits)
     }
 
     /// A layout as from [`new`](BrickLayout::new), with bricks of another size, which must be a power of two.

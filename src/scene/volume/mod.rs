@@ -43,7 +43,7 @@ pub use orientation::{Anatomical, Axes};
 pub use overrides::{Pick, VolumeOverrides};
 pub use quantity::Quantity;
 pub use reading::Reading;
-pub use region::Region;
+pub use region::{BRICK_SIDE, Region};
 pub use series::{Preview, Series};
 pub use source::Access;
 use source::Source;

@@ -18,13 +18,13 @@ use super::region::Region;
 use super::scan::{Extremes, Scan, scan};
 use super::series::{Preview, Series};
 use super::source::memory::Memory;
-use super::source::watched::{HAS_CHANGED, version_at};
 use super::statistics::Statistics;
 use super::store::file::Known;
 use super::store::{Keeping, StoreFile, Stores};
 use super::stored::{Conversion, Voxels};
 use super::voxel_type::VoxelType;
 use crate::error::{Error, Location, Result};
+use crate::regular_file::{HAS_CHANGED, Version};
 
 impl Volume {
     /// Opens a volume of any format, recognised by the file's name, and scans its voxels once.
@@ -50,10 +50,10 @@ impl Volume {
     ) -> Result<Volume> {
         let name = path.display().to_string();
         let stores = stores.map(|stores| (stores, path));
-        let version = version_at(path);
+        let version = Version::at(path);
         format::read(path, overrides)
             .and_then(|header| {
-                if version_at(path) == version {
+                if Version::at(path) == version {
                     open(header, overrides, &name, reading, stores)
                 } else {
                     // The header may belong to other voxels.

@@ -2,6 +2,10 @@
 
 use super::parsed::{Fault, Keyed};
 
+/// Voxels from one brick to the next along each axis, of those into which a volume is cut where it streams: on the GPU, and in
+/// its store.
+pub const BRICK_SIDE: u32 = 32;
+
 /// The voxels from `low` up to, but not including, `low + dims` along x, y and z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Region {

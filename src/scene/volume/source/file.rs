@@ -18,9 +18,9 @@ use bzip2::read::MultiBzDecoder;
 use flate2::read::ZlibDecoder;
 
 use super::gzip::Members;
-use super::watched::{HAS_CHANGED, Version, read_at, version};
+use super::watched::read_at;
 use super::{Access, Cursor, Source};
-use crate::regular_file::open_file;
+use crate::regular_file::{Version, open_file};
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::region::Region;
 use crate::scene::volume::storage::Storage;
@@ -131,7 +131,7 @@ impl Data {
         let source = DataFile {
             path: self.path,
             file,
-            version: version(&metadata),
+            version: Version::of(&metadata),
             prefix: String::new(),
             start,
             encoding: self.encoding,
@@ -226,11 +226,6 @@ impl DataFile {
         }
     }
 
-    fn is_as_it_was(&self) -> bool {
-        let metadata = self.file.metadata();
-        metadata.is_ok_and(|metadata| version(&metadata) == self.version)
-    }
-
     /// The fault of data of which only `found` decoded bytes exist.
     fn truncated(&self, found: u64) -> String {
         format!(
@@ -256,12 +251,16 @@ enum Stream<'a> {
 
 impl Cursor for Position<'_> {
     fn read(&mut self, region: Region, bytes: &mut [u8]) -> Parsed<()> {
+        let DataFile {
+            file,
+            version,
+            prefix,
+            ..
+        } = self.source;
         let read = self.read_runs(region, bytes);
-        if self.source.is_as_it_was() {
-            read.map_err(|fault| format!("{}{fault}", self.source.prefix))
-        } else {
-            Err(format!("{}{HAS_CHANGED}", self.source.prefix))
-        }
+        // What was read of a file that has changed means nothing, faults included.
+        let read = version.check(file).and(read);
+        read.map_err(|fault| format!("{prefix}{fault}"))
     }
 }
 

@@ -1,29 +1,12 @@
 //! A file of which parts are read again and again, and which must not change after it was opened: what has been found
 //! out about its voxels holds for no other state.
 
-use std::fs::{File, Metadata};
+use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
 
-use crate::regular_file::open_file;
+use crate::regular_file::{HAS_CHANGED, Version, open_file};
 use crate::scene::volume::parsed::Parsed;
-
-/// Length and time of modification, by which a change of a file is noticed. The time is `None` where the system keeps
-/// none.
-pub type Version = (u64, Option<SystemTime>);
-
-pub fn version(metadata: &Metadata) -> Version {
-    (metadata.len(), metadata.modified().ok())
-}
-
-/// The version of the file with this name; `None` if there is none, or if it is a folder.
-pub fn version_at(path: &Path) -> Option<Version> {
-    let metadata = std::fs::metadata(path).ok().filter(Metadata::is_file)?;
-    Some(version(&metadata))
-}
-
-pub const HAS_CHANGED: &str = "the file has changed since it was opened; open it again";
 
 /// A file that is read by several threads at once.
 #[derive(Debug)]
@@ -39,7 +22,7 @@ impl WatchedFile {
         let (file, metadata) = open_file(path)?;
         Ok(WatchedFile {
             path: path.to_path_buf(),
-            version: version(&metadata),
+            version: Version::of(&metadata),
             file: Some(file),
         })
     }
@@ -58,7 +41,7 @@ impl WatchedFile {
     }
 
     pub fn bytes(&self) -> u64 {
-        self.version.0
+        self.version.bytes
     }
 
     /// The `count` bytes from `offset` on. They must all be in the file; that is checked before memory is allocated
@@ -90,12 +73,7 @@ impl WatchedFile {
                 Err(e) => return Err(e.to_string()),
             }
         }
-        let metadata = file.metadata().map_err(|e| e.to_string())?;
-        if version(&metadata) == self.version {
-            Ok(())
-        } else {
-            Err(HAS_CHANGED.into())
-        }
+        self.version.check(file)
     }
 }
 

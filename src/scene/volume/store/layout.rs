@@ -1,13 +1,11 @@
 //! How voxels are cut into chunks.
 //!
 //! A chunk repeats the first voxels of the chunks behind it, as a brick on the GPU does, and begins where a brick
-//! does. So one chunk gives the voxels of a brick; without the repetition it would take eight, nearly all of them
+//! does, every [`BRICK_SIDE`] voxels along x and y, and along z where slices are not too large. So one chunk gives the voxels of a brick; without the repetition it would take eight, nearly all of them
 //! decoded for nothing.
 
-use crate::scene::volume::region::Region;
+use crate::scene::volume::region::{BRICK_SIDE, Region};
 
-/// Voxels from a chunk to the next along x and y, and along z where slices are not too large.
-const SIDE: u32 = 32;
 /// Bytes of all chunks at one height, which are in memory together while a store is written.
 const MOST_LAYER: u64 = 320 << 20;
 
@@ -31,14 +29,14 @@ pub struct Span {
 impl Layout {
     pub fn new(dims: [u32; 3], voxel_bytes: usize) -> Layout {
         let slice = u64::from(dims[0]) * u64::from(dims[1]) * voxel_bytes as u64;
-        let mut depth = SIDE;
+        let mut depth = BRICK_SIDE;
         while depth > 1 && u64::from(depth + 1) * slice > MOST_LAYER {
             depth /= 2;
         }
         Layout {
             dims,
             voxel_bytes,
-            step: [SIDE, SIDE, depth],
+            step: [BRICK_SIDE, BRICK_SIDE, depth],
         }
     }
 

@@ -31,10 +31,10 @@ use super::overrides::VolumeOverrides;
 use super::parsed::Parsed;
 use super::region::Region;
 use super::scan::Extremes;
-use super::source::watched::version;
 use super::stored::StoredType;
 use super::voxel_type::Endian;
 use crate::error::Result;
+use crate::regular_file::Version;
 use file::Known;
 
 /// Raised with every change of a store's bytes or of the values in it.
@@ -131,7 +131,8 @@ fn state(metadata: &Metadata) -> String {
     };
     #[cfg(not(unix))]
     let changed: Option<(i64, i64)> = None;
-    format!("{:?} {changed:?}", version(metadata))
+    let Version { bytes, modified } = Version::of(metadata);
+    format!("{:?} {changed:?}", (bytes, modified))
 }
 
 /// Where the store of one volume is, or would be.

@@ -3,10 +3,9 @@
 //! A header is a few kilobytes before pixels of any length, and only the header is read here, so that a folder of
 //! thousands of files is examined in a second.
 
-use std::fs::{File, Metadata};
+use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
 
 use flate2::read::DeflateDecoder;
 
@@ -17,9 +16,8 @@ use super::syntax::{
     EXPLICIT_LITTLE, GDCMCONV, IMPLICIT_LITTLE, PLAIN, Syntax, TransferSyntax, transfer_syntax,
 };
 use super::tags;
-use crate::regular_file::open_file;
+use crate::regular_file::{HAS_CHANGED, Version, open_file};
 use crate::scene::volume::parsed::Parsed;
-use crate::scene::volume::source::watched::HAS_CHANGED;
 
 const PREAMBLE: u64 = 128;
 const MAGIC: &[u8] = b"DICM";
@@ -39,8 +37,7 @@ pub struct FilePart {
     pub path: PathBuf,
     /// The file's path relative to the folder that the user has named; empty for a file that the user has named.
     pub name: String,
-    pub length: u64,
-    modified: Option<SystemTime>,
+    version: Version,
     /// Offset of the data set.
     begin: u64,
     pub is_deflated: bool,
@@ -77,7 +74,7 @@ pub fn parse(path: &Path) -> Result<Option<Parsing>, Fault> {
     let (file, metadata) = open_file(path).map_err(Fault::System)?;
     let copy = file.try_clone();
     let mut stream = Stream::new(copy.map_err(|e| Fault::System(e.to_string()))?);
-    let parsed = parse_open(path, file, &metadata, &mut stream);
+    let parsed = parse_open(path, file, Version::of(&metadata), &mut stream);
     match stream.failure {
         Some(failure) => Err(Fault::System(failure)),
         None => parsed.map_err(Fault::Content),
@@ -88,11 +85,10 @@ pub fn parse(path: &Path) -> Result<Option<Parsing>, Fault> {
 fn parse_open(
     path: &Path,
     mut file: File,
-    metadata: &Metadata,
+    version: Version,
     stream: &mut Stream,
 ) -> Parsed<Option<Parsing>> {
-    let length = metadata.len();
-    let (begin, transfer) = match beginning(stream, length)? {
+    let (begin, transfer) = match beginning(stream, version.bytes)? {
         Beginning::Other => return Ok(None),
         Beginning::DataSet(syntax) => (0, TransferSyntax { syntax, ..PLAIN }),
         Beginning::Meta(at) => {
@@ -119,8 +115,7 @@ fn parse_open(
         place: FilePart {
             path: path.to_path_buf(),
             name: String::new(),
-            length,
-            modified: metadata.modified().ok(),
+            version,
             begin,
             is_deflated: transfer.is_deflated,
         },
@@ -182,17 +177,12 @@ fn transfer_of(meta: &DataSet, stream: &mut Stream, end: u64) -> Parsed<Transfer
 impl FilePart {
     /// Opens the file, if it has not changed since its header was read.
     pub fn open(&self) -> Parsed<File> {
-        let (file, metadata) = open_file(&self.path)?;
-        self.check(&metadata).map(|()| file)
+        let (file, _) = open_file(&self.path)?;
+        self.version.check(&file).map(|()| file)
     }
 
-    /// Fails if the file has changed since its header was read.
-    fn check(&self, metadata: &Metadata) -> Parsed<()> {
-        if metadata.len() == self.length && metadata.modified().ok() == self.modified {
-            Ok(())
-        } else {
-            Err(HAS_CHANGED.into())
-        }
+    pub fn bytes(&self) -> u64 {
+        self.version.bytes
     }
 
     /// Fills `bytes` with the bytes of the data set from `at` on.
@@ -200,7 +190,7 @@ impl FilePart {
         let file = self.open()?;
         self.read_from(&file, at, bytes)?;
         // It may have been overwritten meanwhile.
-        self.check(&file.metadata().map_err(|e| e.to_string())?)
+        self.version.check(&file)
     }
 
     fn read_from(&self, mut file: &File, at: u64, bytes: &mut [u8]) -> Parsed<()> {

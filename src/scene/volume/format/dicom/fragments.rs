@@ -36,8 +36,8 @@ impl Fragments {
         let mut file = BufReader::with_capacity(64, image.place.open()?);
         let mut at = image.pixels.at;
         let end = match image.pixels.length {
-            Some(length) => at.saturating_add(length).min(image.place.length),
-            None => image.place.length,
+            Some(length) => at.saturating_add(length).min(image.place.bytes()),
+            None => image.place.bytes(),
         };
         let mut table = Vec::new();
         let mut all: Vec<Fragment> = Vec::new();
@@ -52,10 +52,10 @@ impl Fragments {
             if head[..4] != ITEM {
                 break;
             }
-            if length > image.place.length - at {
+            if length > image.place.bytes() - at {
                 return Err(format!(
                     "a fragment of its pixels has {length} bytes, and {} are left: the file is truncated",
-                    image.place.length - at
+                    image.place.bytes() - at
                 ));
             }
             if is_table {

@@ -73,7 +73,7 @@ impl FrameReader {
         let is_unlikely = |at: &&At| {
             let image = &self.images[at.image];
             let all = image.frame_pixels() * u64::from(image.frame_count);
-            all / LARGEST_RATIO > image.place.length
+            all / LARGEST_RATIO > image.place.bytes()
         };
         let frames: Vec<&At> = self.frames.iter().filter(is_unlikely).collect();
         (frames.into_par_iter()).try_for_each(|at| self.words(*at).map(|_| ()))

@@ -192,7 +192,7 @@ impl Image {
             place: parsing.place,
         };
         image.damage = image.check_length().err();
-        image.frames = frames(data, image.frame_count, image.place.length)?;
+        image.frames = frames(data, image.frame_count, image.place.bytes())?;
         Ok(image)
     }
 }
@@ -347,9 +347,9 @@ impl Image {
         let expected = u128::from(self.frame_bytes()) * u128::from(self.frame_count);
         let said = self.pixels.length.map_or(u128::MAX, u128::from);
         let there = if self.place.is_deflated {
-            u128::from(self.place.length) * u128::from(MOST_DEFLATED)
+            u128::from(self.place.bytes()) * u128::from(MOST_DEFLATED)
         } else {
-            u128::from(self.place.length.saturating_sub(self.pixels.at))
+            u128::from(self.place.bytes().saturating_sub(self.pixels.at))
         };
         let found = said.min(there);
         if packing != Packing::Plain {

@@ -9,9 +9,10 @@ use super::array::Array;
 use super::crc32c;
 use super::pipeline::Shard;
 use crate::locked::locked;
+use crate::regular_file::{HAS_CHANGED, Version};
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::chunked::{Chunks, Content};
-use crate::scene::volume::source::watched::{HAS_CHANGED, Version, WatchedFile};
+use crate::scene::volume::source::watched::WatchedFile;
 
 /// The index entry of a chunk that was never written.
 const MISSING: u64 = u64::MAX;
