@@ -178,7 +178,7 @@ impl Engine {
     }
 
     /// Paths that the nodes in sight have had; 0 without a cache.
-    fn updates(&self) -> u32 {
+    pub fn updates(&self) -> u32 {
         let cache = self.renderer.cache();
         cache.map_or(0, |cache| cache.filling.updates)
     }

@@ -6,12 +6,33 @@ use std::time::Duration;
 use super::Engine;
 use crate::error::Result;
 use crate::gpu::{Image, Timings};
-use crate::render::{BrickFigures, Cache, Caching, Film, ToneMapPush};
+use crate::render::{BrickFigures, Cache, Caching, Display, Film};
 
 impl Engine {
     /// The cache, in a variant that has one.
-    pub fn cache(&self) -> Option<&Cache> {
+    pub(super) fn cache(&self) -> Option<&Cache> {
         self.renderer.cache()
+    }
+
+    /// The cache's part of the relative error of a picture at rest; `None` without a cache.
+    pub fn cache_error_at_rest(&self) -> Option<f64> {
+        self.cache().map(|cache| cache.filling.error_at_rest)
+    }
+
+    /// Whether all that is in sight is known to have had the cache's paths; always so without a cache.
+    pub fn is_caught_up(&self) -> bool {
+        self.cache().is_none_or(|cache| cache.is_caught_up())
+    }
+
+    /// The time that the cache's next batch is expected to take, in seconds; 0 without a cache.
+    pub fn seconds_of_next_batch(&self) -> f64 {
+        let cache = self.cache();
+        cache.map_or(0.0, |cache| cache.seconds_of_next_batch())
+    }
+
+    /// Whether what is wrong with the picture comes from the cache alone, since samples through it have next to no noise.
+    pub fn samples_are_smooth(&self) -> bool {
+        self.cache().is_some_and(|cache| cache.samples_are_smooth())
     }
 
     /// The cache and what fills and shows it.
@@ -57,9 +78,14 @@ impl Engine {
         self.renderer.film()
     }
 
+    /// How radiance is mapped to a display.
+    pub(super) fn display(&self) -> Display {
+        self.full.parts.display
+    }
+
     /// Encodes the mean of the samples so far for display.
-    pub fn tone_map(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
-        self.renderer.tone_map(to, push)
+    pub fn tone_map(&mut self, to: &Image) -> Result<()> {
+        self.renderer.tone_map(to, self.display())
     }
 
     /// The times of the GPU's passes.

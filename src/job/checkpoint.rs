@@ -237,9 +237,10 @@ impl<'a> CheckpointWriter<'a> {
 
     /// The time that the cache's next batch is expected to take, during which nothing can be written.
     fn time_of_next_batch(&self, engine: &Engine) -> Duration {
-        let is_under_way = self.fill_state == FillState::UnderWay;
-        let cache = engine.cache().filter(|_| is_under_way);
-        let seconds = cache.map_or(0.0, |cache| cache.seconds_of_next_batch());
+        let seconds = match self.fill_state {
+            FillState::UnderWay => engine.seconds_of_next_batch(),
+            _ => 0.0,
+        };
         Duration::try_from_secs_f64(seconds).unwrap_or_default()
     }
 

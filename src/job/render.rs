@@ -190,9 +190,7 @@ impl<'a> Render<'a> {
         })?;
         self.is_cut |= !is_enough && is_interrupted();
         // A cache whose time is over gets no more paths either, even if that cut a batch.
-        let has_light = engine
-            .cache()
-            .is_some_and(|cache| cache.filling.updates > 0);
+        let has_light = engine.updates() > 0;
         let is_final = is_enough || has_light && !is_interrupted();
         match (&mut self.writer, &mut self.fingerprints) {
             (Some(writer), _) => clock.time("write the checkpoint", || {

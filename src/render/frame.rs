@@ -11,10 +11,9 @@
 //! Steps 2 and 3 are repeated, in the order and as often as the engine wants.
 
 use super::estimator::Estimator;
-use super::parts::{Changes, Derived};
+use super::parts::{Changes, Derived, Display};
 use super::picture::accumulate::AccumulatePush;
 use super::picture::bundle::{Bundle, BundleProgress, BundleUnderWay};
-use super::picture::tone_map::ToneMapPush;
 use super::picture::under_way::UnderWay;
 use super::renderer::Renderer;
 use crate::error::{Error, Result};
@@ -161,9 +160,9 @@ impl Renderer {
     }
 
     /// Encodes the mean so far for display.
-    pub fn tone_map(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
+    pub fn tone_map(&mut self, to: &Image, display: Display) -> Result<()> {
         let (r, tone_map) = (&self.resources, &self.passes.tone_map);
         self.frame
-            .run(|recording| tone_map.record(recording, &r.mean, to, push))
+            .run(|recording| tone_map.record(recording, &r.mean, r.size, to, display))
     }
 }

@@ -110,7 +110,7 @@ pub use copy::{Sink, Source};
 pub use gpu_scene::GpuScene;
 pub use layout::{BrickLayout, CacheLayout, Occupancy};
 pub use light_memory::ENVIRONMENT_IMAGE;
-pub use parts::{Changes, Derived, Part, Parts};
+pub use parts::{Changes, Derived, Display, Part, Parts};
 pub use peak::{Peak, PeakRates, filter_error, peak, peak_rates};
 pub use picture::{Film, FirstHits, Halves, Sums, ToneMapPush, Totals, mean_square, variance};
 pub use planning::{Choice, Plan, Planner};

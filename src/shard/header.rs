@@ -49,7 +49,7 @@ impl Header {
             end: totals.first_sample + totals.samples,
         };
         let device = engine.host().summary();
-        let cache_error = engine.cache().map(|cache| cache.filling.error_at_rest);
+        let cache_error = engine.cache_error_at_rest();
         Header {
             identity,
             samples: Some(range).filter(|r| r.count() > 0).into_iter().collect(),

@@ -13,6 +13,7 @@ use super::session::Session;
 use super::stage::Stage;
 use crate::bytes::human;
 use crate::cli::budget_source;
+use crate::engine::figures::CacheStats;
 use crate::engine::{BrickFigures, Choice};
 use crate::gpu::Memory;
 
@@ -105,14 +106,17 @@ fn headline(live: &Live, report: &Report) -> String {
 
 /// The progress of the cache's filling.
 fn light(live: &Live) -> Option<String> {
-    let cache = live.engine.cache()?;
-    let nodes = cache.memory.layout.active_nodes();
-    let error = if cache.filling.relative_error.is_finite() {
-        format!("error {:.2} %", 100.0 * cache.filling.relative_error)
+    let CacheStats {
+        active_cells: nodes,
+        relative_error,
+        ..
+    } = live.engine.cache_stats(0.0)?;
+    let error = if relative_error.is_finite() {
+        format!("error {:.2} %", 100.0 * relative_error)
     } else {
         "error unknown yet".into()
     };
-    let paths = match cache.filling.updates {
+    let paths = match live.engine.updates() {
         1 => "1 path".to_string(),
         updates => format!("{updates} paths"),
     };

@@ -40,8 +40,7 @@ impl Engine {
 
     /// Whether the cache has converged in this view.
     pub(super) fn cache_is_converged(&self) -> bool {
-        let cache = self.cache();
-        self.cache_is_good() && cache.is_none_or(|cache| cache.is_caught_up())
+        self.cache_is_good() && self.is_caught_up()
     }
 
     /// Whether more rays of each pixel make the picture better than more paths for the cache.

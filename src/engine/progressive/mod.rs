@@ -195,9 +195,9 @@ impl ProgressivePicture {
 
     /// Makes a picture: a march, or a sample for each pixel.
     fn make_moving_picture(&mut self, engine: &mut Engine, shown: &Image) -> Result<()> {
-        let push = ProgressivePicture::tone_map_push(engine, shown);
+        let display = engine.display();
         if let Some(mut caching) = engine.caching() {
-            return caching.march_at_once(shown, &push);
+            return caching.march_at_once(shown, display);
         }
         engine.set_slice_ms(MOVING_MS);
         engine.preview()?;

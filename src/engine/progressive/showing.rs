@@ -5,8 +5,7 @@ use crate::engine::stop::UNITS_TO_TRUST;
 use crate::engine::{Engine, Picture};
 use crate::error::Result;
 use crate::gpu::Image;
-use crate::render::{Film, ToneMapPush};
-use crate::scene::Tone;
+use crate::render::Film;
 
 impl ProgressivePicture {
     /// Shows the samples so far, and finds out how good they are.
@@ -38,16 +37,16 @@ impl ProgressivePicture {
 
     /// `film`: that of the samples so far; needed only where they refine a march.
     fn show_film(&mut self, engine: &mut Engine, shown: &Image, film: Option<Film>) -> Result<()> {
-        let push = ProgressivePicture::tone_map_push(engine, shown);
+        let display = engine.display();
         let samples = engine.totals().samples;
         if let Some(picture) = film.and_then(|film| self.refined(samples, &film.mean))
             && let Some(mut caching) = engine.caching()
         {
-            return caching.tone_map_texels(&picture, shown, &push);
+            return caching.tone_map_texels(&picture, shown, display);
         }
         match engine.caching() {
-            Some(mut caching) if !self.is_refined() => caching.tone_map(shown, &push),
-            _ => engine.tone_map(shown, &push),
+            Some(mut caching) if !self.is_refined() => caching.tone_map(shown, display),
+            _ => engine.tone_map(shown),
         }
     }
 
@@ -78,16 +77,5 @@ impl ProgressivePicture {
         let refinement = self.refinement.as_mut()?;
         refinement.compare(samples, mean);
         Some(refinement.picture(samples, mean))
-    }
-
-    pub(super) fn tone_map_push(engine: &Engine, shown: &Image) -> ToneMapPush {
-        let [width, height, _] = shown.desc().extent;
-        let render = &engine.scene().render;
-        ToneMapPush {
-            source: engine.rendered_size(),
-            size: [width, height],
-            exposure: render.exposure.exp2() as f32,
-            filmic: (render.tone == Tone::Filmic) as u32,
-        }
     }
 }

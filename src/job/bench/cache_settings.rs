@@ -139,12 +139,12 @@ impl Settings<'_> {
 
 /// A setting that has not been compared with anything yet.
 fn setting(variant: &str, engine: &Engine, voxels: f64) -> CacheSetting {
-    let (Some(stats), Some(cache)) = (engine.cache_stats(0.0), engine.cache()) else {
+    let Some(stats) = engine.cache_stats(0.0) else {
         unreachable!("an engine of the caching variant has a cache");
     };
     CacheSetting {
         variant: variant.into(),
-        paths_per_cell: cache.filling.updates,
+        paths_per_cell: engine.updates(),
         relative_error: stats.relative_error,
         psnr: None,
         ssim: None,

@@ -103,13 +103,14 @@ impl EntrantRun<'_> {
         }
         let seconds = self.watch.elapsed().as_secs_f64();
         let noise = self.references.picture.report.noise.as_ref();
+        let has_cache = self.entrant.choice.plan.variant.cache().is_some();
         let point = Point {
             asked_s: asked.as_secs_f64(),
             seconds,
             cpu_s: self.watch.cpu().as_secs_f64(),
             file,
             samples: self.engine.totals().samples,
-            paths_per_cell: self.engine.cache().map(|c| c.filling.updates),
+            paths_per_cell: has_cache.then(|| self.engine.updates()),
             efficiency: 1.0 / (error.mse * seconds),
             within_reference_noise: noise.is_some_and(|noise| error.mse <= 2.0 * noise.mse),
             error,
@@ -125,6 +126,5 @@ impl EntrantRun<'_> {
 
 /// Paths that the cache's nodes have had, where the picture's error comes from the cache alone.
 fn decisive_updates(engine: &Engine) -> Option<u32> {
-    let cache = engine.cache()?;
-    cache.samples_are_smooth().then_some(cache.filling.updates)
+    engine.samples_are_smooth().then(|| engine.updates())
 }

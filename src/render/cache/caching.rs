@@ -6,7 +6,8 @@ use crate::error::Result;
 use crate::gpu::{Frame, Image, SLICE_MS};
 use crate::render::bricks::Admission;
 use crate::render::copy;
-use crate::render::picture::tone_map::{ToneMap, ToneMapPush};
+use crate::render::parts::Display;
+use crate::render::picture::tone_map::ToneMap;
 use crate::render::picture::under_way::UnderWay;
 use crate::render::resources::Resources;
 use crate::render::until::Until;
@@ -140,7 +141,7 @@ impl Caching<'_> {
 
     /// Marches the whole picture in one submission, without slices, and encodes it for display. Meant for pictures of few
     /// pixels, since the device is busy until it ends.
-    pub fn march_at_once(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
+    pub fn march_at_once(&mut self, to: &Image, display: Display) -> Result<()> {
         *self.under_way = UnderWay::Nothing;
         let (r, cache, tone_map) = (&*self.r, &*self.cache, self.tone_map);
         r.without_waiting(self.frame, |frame| {
@@ -152,7 +153,7 @@ impl Caching<'_> {
                 r.record_reading(recording, &admission, |recording| {
                     cache.record_march(recording, r)
                 })?;
-                tone_map.record(recording, &r.unit_sum, to, push)
+                tone_map.record(recording, &r.unit_sum, r.size, to, display)
             })
         })
     }
@@ -163,18 +164,18 @@ impl Caching<'_> {
         &mut self,
         picture: &[[f32; 4]],
         to: &Image,
-        push: &ToneMapPush,
+        display: Display,
     ) -> Result<()> {
         *self.under_way = UnderWay::Nothing;
         let r = &mut *self.r;
         copy::upload_picture(self.frame, &mut r.staging, &r.unit_sum, r.size, picture)?;
-        self.tone_map(to, push)
+        self.tone_map(to, display)
     }
 
     /// Encodes the picture of the last march for display.
-    pub fn tone_map(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
+    pub fn tone_map(&mut self, to: &Image, display: Display) -> Result<()> {
         let (r, tone_map) = (&*self.r, self.tone_map);
         self.frame
-            .run(|recording| tone_map.record(recording, &r.unit_sum, to, push))
+            .run(|recording| tone_map.record(recording, &r.unit_sum, r.size, to, display))
     }
 }

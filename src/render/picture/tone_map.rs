@@ -6,6 +6,8 @@ use std::sync::Arc;
 use crate::error::Result;
 use crate::gpu::types::*;
 use crate::gpu::{Binding, Device, Image, Pass, PassDesc, Recording, Shaders, Shared, Work};
+use crate::render::parts::Display;
+use crate::scene::Tone;
 use crate::shared;
 
 shared! {
@@ -34,20 +36,29 @@ impl ToneMap {
         Ok(ToneMap(Pass::new(device, shaders, &desc)?))
     }
 
+    /// Encodes the first `source` pixels of a picture for all of `shown`.
     pub fn record<'r>(
         &'r self,
         recording: &mut Recording<'_, 'r>,
         picture: &'r Image,
+        source: [u32; 2],
         shown: &'r Image,
-        push: &ToneMapPush,
+        display: Display,
     ) -> Result<()> {
+        let [width, height, _] = shown.desc().extent;
+        let push = ToneMapPush {
+            source,
+            size: [width, height],
+            exposure: display.exposure.exp2() as f32,
+            filmic: (display.tone == Tone::Filmic) as u32,
+        };
         let bindings = [
             ("picture", Binding::Image(picture)),
             ("shown", Binding::Image(shown)),
         ];
-        recording.dispatch(&self.0, &bindings, push, [push.size[0], push.size[1], 1])?;
-        let [width, height] = push.source.map(u64::from);
-        recording.state_work(Work::texels(width * height, 0));
+        recording.dispatch(&self.0, &bindings, &push, [width, height, 1])?;
+        let pixels = source.map(u64::from).iter().product();
+        recording.state_work(Work::texels(pixels, 0));
         Ok(())
     }
 }

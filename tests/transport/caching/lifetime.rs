@@ -104,9 +104,8 @@ fn light_goes_from_one_engine_to_another() {
     let light = old.light_for(&after).expect("light").expect("some");
     let [mut new, mut empty] = [begin(&after), begin(&after)];
     assert!(new.adopt_light(&light).expect("the same layout"));
-    let cache = new.cache().expect("a cache");
-    assert_eq!(cache.filling.updates, 4);
-    assert!(!cache.is_caught_up(), "what is in sight is not known yet");
+    assert_eq!(new.updates(), 4);
+    assert!(!new.is_caught_up(), "what is in sight is not known yet");
     // What the cache shows is the same as what another engine fills it with.
     let mut caching = empty.caching().expect("a cache");
     assert!(

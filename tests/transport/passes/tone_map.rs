@@ -6,7 +6,7 @@ use std::sync::Arc;
 use fastrand::Rng;
 use isolume::gpu::*;
 use isolume::output::display::display_value;
-use isolume::render::ToneMapPush;
+use isolume::render::{Display, ToneMapPush, shared};
 use isolume::scene::*;
 
 use crate::support::common::*;
@@ -64,11 +64,24 @@ fn shown_of(
     let mut probe = Probe::new(&scene(size), &constant_field(1.0, [1; 3], [1.0; 3]));
     let display = display(&probe.memory, extent);
     let texels = Buffer::with_data(&probe.memory, "texels", picture).expect("texels");
+    let desc = PassDesc {
+        name: "tone_map",
+        specialization: &[],
+        push: ToneMapPush::PUSH,
+        macros: &[],
+    };
+    let shaders = Shaders::new(shared::glsl());
+    let pass = Pass::new(probe.memory.device(), &shaders, &desc).expect("a pass");
     let (frame, r) = probe.renderer.probed();
-    frame
-        .run(|recording| recording.upload(&texels, &r.mean, [0; 3], [size[0], size[1], 1]))
-        .expect("an upload");
-    probe.renderer.tone_map(&display, &push).expect("a run");
+    let run = frame.run(|recording| {
+        recording.upload(&texels, &r.mean, [0; 3], [size[0], size[1], 1])?;
+        let bindings = [
+            ("picture", Binding::Image(&r.mean)),
+            ("shown", Binding::Image(&display)),
+        ];
+        recording.dispatch(&pass, &bindings, &push, [push.size[0], push.size[1], 1])
+    });
+    run.expect("a run");
     shown(&probe.memory, &display)
 }
 
@@ -175,13 +188,16 @@ fn a_march_is_shown_in_one_step_as_in_two() {
     let mut cached = empty_cache(device.clone(), &shaders, &volume, scene);
     let memory = Memory::new(&device, 1 << 20).expect("memory");
     let [at_once, afterwards, samples] = [(); 3].map(|()| display(&memory, size));
-    let push = push(size, size);
+    let as_it_is = Display {
+        exposure: 0.0,
+        tone: Tone::Linear,
+    };
     let mut caching = cached.caching();
     caching.guess_light().expect("a guess");
-    caching.march_at_once(&at_once, &push).expect("a march");
+    caching.march_at_once(&at_once, as_it_is).expect("a march");
     let marched = caching.march().expect("a march");
-    caching.tone_map(&afterwards, &push).expect("a run");
-    cached.renderer.tone_map(&samples, &push).expect("a run");
+    caching.tone_map(&afterwards, as_it_is).expect("a run");
+    cached.renderer.tone_map(&samples, as_it_is).expect("a run");
     let [at_once, afterwards, samples] =
         [at_once, afterwards, samples].map(|display| shown(&memory, &display));
     assert_eq!(at_once, afterwards);
