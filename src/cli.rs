@@ -83,7 +83,7 @@ pub struct SceneArgs {
     #[arg(long, allow_hyphen_values = true, value_parser = view)]
     pub view: Option<Edit>,
 
-    /// The value of the only isosurface; adds one where there is none.
+    /// Set the value of the only isosurface; if the scene has none, add one.
     #[arg(long, value_name = "VALUE", allow_hyphen_values = true, value_parser = iso)]
     pub iso: Option<Edit>,
 
@@ -137,12 +137,12 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE", value_parser = picture())]
     output: Vec<PathBuf>,
 
-    /// Stop after so many samples per pixel. Of several limits, the first that is reached counts.
+    /// Stop after this many samples per pixel. If several limits are set, the one that is reached first ends the render.
     #[arg(long, value_name = "N", value_parser = spp)]
     pub spp: Option<NonZeroU32>,
 
     #[arg(long, value_name = "SECONDS", value_parser = seconds,
-          help = format!("Stop after so many seconds of rendering; loading and compiling do not count; a first sample may take twice as long, or 5 s more [if no limit is set: {}]", DEFAULT_TIME.as_secs()))]
+          help = format!("Stop after so many seconds of rendering; loading and compiling do not count; the first sample may take up to twice as long, or up to 5 s more if that is longer [if no limit is set: {}]", DEFAULT_TIME.as_secs()))]
     time: Option<Duration>,
 
     #[arg(long, value_name = "REL", value_parser = positive,
@@ -185,7 +185,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE.json", value_parser = written())]
     pub profile: Option<PathBuf>,
 
-    /// No progress and no notes; errors only.
+    /// Print errors only, without progress and notes.
     #[arg(long)]
     pub quiet: bool,
 }
@@ -303,8 +303,8 @@ pub struct CompareArgs {
     /// The picture that is compared with it.
     pub b: PathBuf,
 
-    /// Two more pictures, of the same scenes as A and B, rendered with other seeds: adds how much A and B differ apart from
-    /// their noise.
+    /// Two more pictures, of the same scenes as A and B, rendered with other seeds. With them, how much A and B differ apart
+    /// from their noise is printed as well.
     #[arg(long, num_args = 2, value_names = ["A", "B"], action = ArgAction::Set)]
     pub again: Option<Vec<PathBuf>>,
 

@@ -21,7 +21,7 @@ pub fn message(error: &Error) -> String {
         Error::TooShort { time, lacking, .. } => {
             let time = time.as_secs_f64();
             format!(
-                "--time {time}: {error}; give it more time{}",
+                "--time {time}: {error}; allow more time{}",
                 or_else(*lacking)
             )
         }
@@ -99,8 +99,10 @@ fn remedy(error: &MemoryError, size: &str) -> Option<String> {
         }
         MemoryError::Picture { .. } => return Some(format!("lower {size}")),
         MemoryError::Refused { .. } => "lower --vram-budget",
-        MemoryError::Device { .. } => "lower --vram-budget, or close what else uses the device",
-        MemoryError::Host { .. } => "close what else uses it, or lower --ram-budget",
+        MemoryError::Device { .. } => {
+            "lower --vram-budget, or close other programs that use the device"
+        }
+        MemoryError::Host { .. } => "close other programs, or lower --ram-budget",
     };
     Some(remedy.into())
 }

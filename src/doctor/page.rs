@@ -21,7 +21,7 @@ pub fn page(examinations: &[Examination]) -> String {
 fn part(examination: &Examination) -> String {
     let device = &examination.device;
     let mut text = format!(
-        "\n{}: {} ({})\ndriver {}, Vulkan {}, {} of its own memory\nimages of {} texels a side in 3D and {} in 2D, buffers of {}, allocations of {}\n",
+        "\n{}: {} ({})\ndriver {}, Vulkan {}, {} of device-local memory\nimages of {} texels a side in 3D and {} in 2D, buffers of {}, allocations of {}\n",
         device.index,
         device.name,
         device.kind,
@@ -77,7 +77,9 @@ fn filters(examination: &Examination) -> String {
     if text.is_empty() {
         text
     } else {
-        format!("\nfilter (voxels are interpolated by shaders)\n{text}")
+        format!(
+            "\nerror of the device's filter, which only the variant published uses (shaders interpolate voxels themselves)\n{text}"
+        )
     }
 }
 
@@ -108,7 +110,7 @@ fn closed_forms(examination: &Examination) -> String {
             (holds, _) => state(holds),
         };
         text += &format!(
-            "  {state} {name:<38} {measured:>9.6} ± {stderr:.6}, exactly {exact:>9.6} within {tolerance:.6}  ({:.1} s)\n",
+            "  {state} {name:<38} {measured:>9.6} ± {stderr:.6}, expected {exact:>9.6} ± {tolerance:.6}  ({:.1} s)\n",
             form.seconds
         );
     }
@@ -169,9 +171,9 @@ fn rates_table(rates: &PeakRates) -> String {
 /// The last line. A check that was left out for want of time does not count against the device.
 fn verdict(holds: bool, is_usable: bool, left_out: usize) -> String {
     let verdict = match (holds, is_usable) {
-        (true, _) if left_out > 0 => "all that was tried holds",
-        (true, _) => "all holds",
-        (false, true) => "something does not hold",
+        (true, _) if left_out > 0 => "all checks that were run passed",
+        (true, _) => "all checks passed",
+        (false, true) => "at least one check failed",
         (false, false) => "Isolume cannot use this device",
     };
     match left_out {
@@ -187,14 +189,14 @@ mod tests {
 
     #[test]
     fn the_last_line_counts_what_was_left_out() {
-        assert_eq!(verdict(true, true, 0), "all holds");
+        assert_eq!(verdict(true, true, 0), "all checks passed");
         assert_eq!(
             verdict(true, true, 2),
-            "all that was tried holds, 2 checks were left out for want of time"
+            "all checks that were run passed, 2 checks were left out for want of time"
         );
         assert_eq!(
             verdict(false, true, 1),
-            "something does not hold, 1 check was left out for want of time"
+            "at least one check failed, 1 check was left out for want of time"
         );
     }
 }

@@ -56,7 +56,7 @@ struct Open<'a> {
 }
 
 const TOO_SHORT: &str = "the work is too short to fill a cache for it";
-const TOO_SLOW: &str = "to try a cache would have taken too long";
+const TOO_SLOW: &str = "it would have taken too long to try a cache";
 
 impl<'a> Trial<'a> {
     /// Brings the scene onto the GPU according to the plan's `choice`, or, where that may not be the fastest for the work,

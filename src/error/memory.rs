@@ -25,8 +25,8 @@ pub enum MemoryError {
     },
     /// A cache was asked for by name, and only a picture without one fits.
     #[error(
-        "no cache that was asked for fits into the budget of {budget} bytes: {smallest_cache}, non-caching {} \
-         ({non_caching} bytes)", human(*.non_caching)
+        "no cache that was asked for fits into the budget of {budget} bytes; {smallest_cache}, and non-caching \
+         needs {} ({non_caching} bytes)", human(*.non_caching)
     )]
     Cache {
         budget: u64,
@@ -146,7 +146,10 @@ impl MemoryError {
 
 fn less(planned: u64) -> String {
     if planned > 0 {
-        format!(", {} of them planned otherwise", human(planned))
+        format!(
+            ", of which {} are planned for other purposes",
+            human(planned)
+        )
     } else {
         String::new()
     }

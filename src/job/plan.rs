@@ -108,9 +108,9 @@ impl Printed<'_> {
         let mut text: String = resources.map(|r| line(r.name, r.bytes)).collect();
         text += &line("in all", self.planned_bytes);
         text += &line("budget", self.budget_bytes);
-        text += &format!("the budget is from {}\n", self.budget_source);
+        text += &format!("source of the budget: {}\n", self.budget_source);
         text += &format!(
-            "the host's memory: about {} for the picture\n",
+            "besides, the picture takes about {} of the host's memory\n",
             human(self.picture_host_bytes)
         );
         if let Some(bricks) = &self.bricks {
@@ -129,10 +129,13 @@ impl Printed<'_> {
                  these are on the GPU at a time ({:.0} %)\n",
                 100.0 * share
             );
-            text += &format!("host memory: at most {} for bricks\n", human(*host_bytes));
             text += &format!(
-                "reads of the file, if each brick is loaded once: up to {} for the first samples, and {} for later ones \
-                 taken together\n",
+                "bricks take at most {} of the host's memory\n",
+                human(*host_bytes)
+            );
+            text += &format!(
+                "if each brick is loaded once, the first samples read up to {} of the file, and each later group of \
+                 samples up to {}\n",
                 human(*first_read_bytes),
                 human(*later_read_bytes),
             );

@@ -61,7 +61,9 @@ pub fn make_engine(
     };
     let is_published = tried.engine.scene().render.variant == Variant::Published;
     if is_published && args.error.is_some() && !args.quiet {
-        say("note: published does not know its error, and does not stop by --error");
+        say(
+            "note: the variant \"published\" cannot estimate its error, so --error does not stop it",
+        );
     }
     if args.orbit.is_some_and(|pictures| pictures.get() > 1) {
         tried.engine.serve_all_views();

@@ -66,8 +66,8 @@ impl RenderSettings {
     pub fn conflict(&self) -> Option<String> {
         (self.max_bounces != 0 && self.variant == Variant::Caching).then(|| {
             format!(
-                "found {}, expected 0 with variant \"caching\": cached light has no number of bounces (use variant = \
-                 \"non-caching\")",
+                "found {}, expected 0 with variant \"caching\", since a cache holds light after any number of bounces; use \
+                 variant = \"non-caching\"",
                 self.max_bounces
             )
         })

@@ -227,7 +227,7 @@ impl MemoryNow {
         };
         let told = |c: &Choice| [Some(why(c)), better(c)].into_iter().flatten();
         let mut all: Vec<String> = choice.flat_map(|c| told(c).collect::<Vec<_>>()).collect();
-        all.push(format!("The budget is from {}.", self.source));
+        all.push(format!("The source of the budget: {}.", self.source));
         all
     }
 

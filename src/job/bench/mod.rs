@@ -118,7 +118,7 @@ fn seed(args: &BenchArgs) -> u32 {
         Some(seed) => {
             if of_reference == Some(seed) && !args.quiet {
                 say(format!(
-                    "note: the reference has the seed {seed} as well; what shares its samples seems better than it is"
+                    "note: the reference has the same seed, {seed}; a picture that shares its samples seems better than it is"
                 ));
             }
             seed

@@ -74,7 +74,7 @@ impl Planner<'_> {
             {
                 let bytes = human(plan.bytes());
                 let why = format!(
-                    "has {nodes} nodes, more than a CPU can fill in the time of a picture of this size, and needs {bytes}"
+                    "has {nodes} nodes, which are too many for a CPU to fill for a picture of this size, and needs {bytes}"
                 );
                 (u64::MAX, why)
             }

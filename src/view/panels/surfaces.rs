@@ -37,7 +37,9 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
     ui.horizontal(|ui| {
         ui.label("light");
         ui.selectable_value(&mut surfaces.light, LightModel::Local, "local")
-            .on_hover_text("only the camera sees surfaces; the cache outlives their changes");
+            .on_hover_text(
+                "surfaces are visible to the camera only; the cache is kept when they change",
+            );
         ui.selectable_value(&mut surfaces.light, LightModel::Full, "full")
             .on_hover_text("surfaces block and reflect light everywhere");
     });

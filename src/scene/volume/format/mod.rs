@@ -209,7 +209,7 @@ fn file(path: &Path) -> Parsed<&'static Format> {
         // Many files of DICOM have no extension, or a number in its place.
         None if dicom::is_dicom(path) => Ok(&DICOM),
         None if name.ends_with(".toml") => Err(
-            "is a scene, expected a volume: `isolume scene` prints all that a scene says, `isolume plan` what it takes"
+            "is a scene file, expected a volume; `isolume scene` prints a scene in full, and `isolume plan` the GPU memory that it needs"
                 .into(),
         ),
         None if HALVES.iter().any(|end| name.ends_with(end)) => Err(nifti::HALF.into()),
