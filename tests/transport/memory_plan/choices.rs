@@ -123,7 +123,7 @@ fn heaps_decide_about_a_large_volume() {
             (apple, Heap, Ok(ONE_F32), "no variant is better"),
             (minimum, Heap, Ok(ONE_F32), "no variant is better"),
             (tiny, Heap, Ok(HALF_F32), "; caching at scale 1 in f16 needs"),
-            (lavapipe, Heap, Ok(QUARTER_F32), "more than a CPU can fill"),
+            (lavapipe, Heap, Ok(QUARTER_F32), "too many for a CPU to fill"),
         ],
     );
     assert_choices(
