@@ -12,8 +12,7 @@ use crate::error::{Error, Location, Result};
 use crate::interrupt;
 use crate::output::say;
 use crate::output::stats::TRY_VARIANTS;
-use crate::scene::volume::Volume;
-use crate::scene::{Opened, Scene, Variant};
+use crate::scene::{Opened, Variant};
 use crate::shard::{Fingerprints, Settings};
 
 /// Opens the scene while the device starts.
@@ -31,19 +30,11 @@ pub fn open(args: &RenderArgs, clock: &mut Clock) -> Result<(Opened, Host)> {
 /// continued later.
 pub fn make_engine(
     args: &RenderArgs,
-    host: &Host,
-    volume: &Volume,
-    scene: &Scene,
+    setup: Setup<'_>,
     stop: Stop,
     before: Option<&Settings>,
     clock: &mut Clock,
 ) -> Result<(Tried, Option<Fingerprints>)> {
-    let setup = Setup {
-        host,
-        volume,
-        scene,
-        seed: args.seed,
-    };
     let choice = clock.time("plan", || choose(args, &setup, before))?;
     let task = before.is_none().then_some(Task {
         stop,

@@ -11,7 +11,7 @@ use super::preparation::{make_engine, open};
 use super::summary::{RenderedPicture, Summary, Taken};
 use super::views::{Saved, View, files, views};
 use crate::cli::RenderArgs;
-use crate::engine::{Engine, Host, Outcome, Run, Stop, StopReason, Stopwatch, Tried};
+use crate::engine::{Engine, Host, Outcome, Run, Setup, Stop, StopReason, Stopwatch, Tried};
 use crate::error::{Error, Result};
 use crate::interrupt::is_interrupted;
 use crate::output::progress::ProgressLine;
@@ -122,9 +122,13 @@ impl<'a> Render<'a> {
             .transpose()?;
         let stop = args.stop(opened.scene.render.variant);
         let before = found.as_ref().and_then(Found::settings);
-        let (volume, scene) = (&opened.volume, &views[0].scene);
-        let (tried, fingerprints) =
-            make_engine(args, host, volume, scene, stop, before, &mut clock)?;
+        let setup = Setup {
+            host,
+            volume: &opened.volume,
+            scene: &views[0].scene,
+            seed: args.seed,
+        };
+        let (tried, fingerprints) = make_engine(args, setup, stop, before, &mut clock)?;
         let Tried {
             mut engine,
             mut watch,
