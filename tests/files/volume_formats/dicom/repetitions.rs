@@ -35,7 +35,11 @@ fn stated_moments(
         let words = std::slice::from_ref(&scan.slices[n].words);
         let bytes = file(&header, Syntax::Explicit, Pixels::Words(words), COLUMNS);
         for copy in 0..copies {
-            crate::volume_files::write(folder.path(), &format!("I{instance}-{copy}"), &bytes);
+            crate::volume_files::write(
+                folder.path(),
+                &format!("I{instance}-{n}-{moment}-{copy}"),
+                &bytes,
+            );
         }
     }
     folder
@@ -66,6 +70,8 @@ fn what_repeats_at_each_place_is_several_volumes() {
     }
 }
 
+type State = fn(usize, usize, Object) -> Object;
+
 /// Such instances run forth and back, and say nothing.
 #[test]
 fn settings_and_times_tell_repetitions_apart() {
@@ -73,7 +79,6 @@ fn settings_and_times_tell_repetitions_apart() {
         0 => MOMENTS * n + moment,
         _ => MOMENTS * n + (MOMENTS - 1 - moment),
     };
-    type State = fn(usize, usize, Object) -> Object;
     let states: [(State, &str); 7] = [
         (
             |_, moment, header| header.text((0x18, 0x81), "DS", [2.46, 4.92, 13.5][moment]),
@@ -137,6 +142,87 @@ fn settings_and_times_tell_repetitions_apart() {
     assert!(third.contains("1 of 5 slices is missing"), "{third}");
     for (pick, moment) in [(1, 0), (2, 2)] {
         let volume = picked(folder.path(), Pick::Number(pick)).unwrap();
+        assert_eq!(values(&volume), of_moment(moment));
+    }
+}
+
+/// What differs without a meaning outranks nothing that tells volumes apart.
+#[test]
+fn stray_values_mix_no_volumes() {
+    let volume_by_volume = |n: usize, moment: usize| SLICES * moment + n;
+    let states: [State; 4] = [
+        // One image with another echo time, beside inversion times.
+        |n, moment, header| {
+            let echo = if (n, moment) == (3, 0) { 2.41 } else { 2.4 };
+            let header = header.text((0x18, 0x81), "DS", echo);
+            header.text((0x18, 0x82), "DS", 100 + 400 * moment)
+        },
+        // Noise in all of them.
+        |n, moment, header| {
+            let echo = 2.4 + 0.01 * ((7 * n + 3 * moment) % 5) as f64;
+            header.text((0x18, 0x81), "DS", echo)
+        },
+        // A trigger at any time.
+        |n, moment, header| header.text((0x18, 0x1060), "DS", (37 * n + 61 * moment) % 97),
+        // Over midnight, within a volume, without a date.
+        |n, moment, header| {
+            let second = 86_388 + 2 * (SLICES * moment + n);
+            let [h, m, s] = [second / 3600 % 24, second / 60 % 60, second % 60];
+            header.text((8, 0x32), "TM", format!("{h:02}{m:02}{s:02}"))
+        },
+    ];
+    for (case, state) in states.into_iter().enumerate() {
+        let folder = stated_moments(volume_by_volume, &[], 1, state);
+        for moment in 0..MOMENTS {
+            let volume = picked(folder.path(), Pick::Number(moment as u32 + 1)).unwrap();
+            assert_eq!(values(&volume), of_moment(moment), "case {case}");
+        }
+    }
+}
+
+/// Instances that are numbered anew in each volume, or all alike, are no copies of one another.
+#[test]
+fn instances_that_repeat_are_told_apart_by_what_differs() {
+    let anew = |n: usize, _: usize| n;
+    let alike = |_: usize, _: usize| 0;
+    let echo: State = |_, moment, header| header.text((0x18, 0x81), "DS", 10 * (moment + 1));
+    let time: State = |n, moment, header| {
+        let time = format!("{:06}", 120_000 + 10 * moment + n);
+        header.text((8, 0x32), "TM", time)
+    };
+    for state in [echo, time] {
+        for number in [&anew as &dyn Fn(usize, usize) -> usize, &alike] {
+            let folder = stated_moments(number, &[], 1, state);
+            for moment in 0..MOMENTS {
+                let volume = picked(folder.path(), Pick::Number(moment as u32 + 1)).unwrap();
+                assert_eq!(values(&volume), of_moment(moment));
+            }
+        }
+    }
+}
+
+/// The last of several volumes may have a few slices alone.
+#[test]
+fn a_scan_that_was_ended_early_has_its_whole_volumes() {
+    let volume_by_volume = |n: usize, moment: usize| SLICES * moment + n;
+    let lost: Vec<(usize, usize)> = (1..SLICES).map(|n| (n, MOMENTS - 1)).collect();
+    let folder = moments(volume_by_volume, &lost, 1);
+    for moment in 0..MOMENTS - 1 {
+        let volume = picked(folder.path(), Pick::Number(moment as u32 + 1)).unwrap();
+        assert_eq!(values(&volume), of_moment(moment));
+    }
+}
+
+/// Positions are rounded.
+#[test]
+fn places_are_the_same_within_a_hundredth_of_a_pixel() {
+    let volume_by_volume = |n: usize, moment: usize| SLICES * moment + n;
+    let folder = stated_moments(volume_by_volume, &[], 1, |n, moment, header| {
+        let z = 30.0 + 2.5 * n as f64 + 5e-4 * ((n + 2 * moment) % 3) as f64;
+        header.text((0x20, 0x32), "DS", format!("-10\\-20\\{z}"))
+    });
+    for moment in 0..MOMENTS {
+        let volume = picked(folder.path(), Pick::Number(moment as u32 + 1)).unwrap();
         assert_eq!(values(&volume), of_moment(moment));
     }
 }

@@ -65,7 +65,7 @@ impl Frame {
         distinctions
     }
 
-    /// The order of frames at the same place by what tells them apart, as far as that is numbers.
+    /// The order of frames at the same place by what `series.rs` tells them apart by, as far as that is numbers.
     pub fn order(&self) -> impl Ord + use<> {
         let whole = |text: &str| text.parse::<i64>().unwrap_or(0);
         let kind = &self.kind;
@@ -75,7 +75,6 @@ impl Frame {
             kind.time.as_deref().map(whole),
             kind.time_index,
             kind.b_value,
-            self.setting.clone(),
         )
     }
 }

@@ -4,7 +4,7 @@ use super::holders::Holders;
 use super::tags::{self, Tag};
 
 /// What a scanner is set to, or waits for: its name, its unit, and its elements, of which the first is written as text.
-struct Quantity {
+pub struct Quantity {
     name: &'static str,
     unit: &'static str,
     sequence: Tag,
@@ -12,7 +12,7 @@ struct Quantity {
     double: Tag,
 }
 
-const QUANTITIES: [Quantity; 4] = [
+pub const QUANTITIES: [Quantity; 4] = [
     Quantity {
         name: "echo time",
         unit: "ms",
@@ -57,6 +57,11 @@ impl Setting {
                 .filter(|number: &f64| *number >= 0.0)
                 .map(f64::to_bits)
         }))
+    }
+
+    /// The value of quantity number `n`, by numbers that have its order.
+    pub fn number(&self, n: usize) -> Option<u64> {
+        self.0[n]
     }
 
     /// Each quantity's name, and its value; empty where none is stated.

@@ -244,7 +244,8 @@ impl Placed {
         let place = |at: &At| normal.dot(plane_of(at).position);
         let mut all: Vec<(f64, At)> = group.frames.iter().map(|at| (place(at), *at)).collect();
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let near = EXACT * usual_distance(&all);
+        let rounding = rounding(images, group);
+        let near = rounding.max(EXACT * usual_distance(&all, rounding));
         let mut placed = Placed {
             frames: Vec::new(),
             planes: Vec::new(),
@@ -357,10 +358,17 @@ impl Placed {
     }
 }
 
-/// The median distance between places that are apart.
-fn usual_distance(all: &[(f64, At)]) -> f64 {
+/// Millimetres by which the positions of one place may differ.
+fn rounding(images: &[Image], group: &Group) -> f64 {
+    const OF_PIXEL: f64 = 5e-3;
+    let pixel = frame(images, group.frames[0]).pixel_spacing;
+    pixel.map_or(0.0, |[rows, columns]| OF_PIXEL * rows.min(columns))
+}
+
+/// The median distance between places that are apart by more than `rounding`.
+fn usual_distance(all: &[(f64, At)], rounding: f64) -> f64 {
     let mut distances: Vec<f64> = all.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
     let longest = distances.iter().copied().fold(0.0, f64::max);
-    distances.retain(|distance| *distance > 1e-4 * longest);
+    distances.retain(|distance| *distance > rounding.max(1e-4 * longest));
     median(&distances).unwrap_or(0.0)
 }
