@@ -138,11 +138,15 @@ impl Host {
         Planner::new(&self.device, &self.device.summary, budget, volume, scene)
     }
 
-    /// The device's peak rates, measured now, in a few tenths of a second and in at most 64 MiB of its memory. On a
-    /// CPU that other programs use as well, a render takes longer than alone, while the fastest of many short
+    /// The device's peak rates, measured now, in a few tenths of a second and in 34 MB of its memory; fails if the budget is
+    /// smaller. On a CPU that other programs use as well, a render takes longer than alone, while the fastest of many short
     /// dispatches hardly does: shares of the peak are then too low.
     pub fn peak(&self) -> Result<Peak> {
-        peak(&self.device, &Shaders::new(shared::glsl()))
+        peak(
+            &self.device,
+            &Shaders::new(shared::glsl()),
+            self.budget.bytes,
+        )
     }
 
     /// A gate for memory within the budget.

@@ -1,7 +1,8 @@
 //! The host's memory that is free for this process: what the system has, or less where control groups limit the process,
-//! as a cluster's scheduler and containers do. A process that exceeds its group's limit is killed, however much the
-//! system has. Files and their meaning are those of Linux (its documentation, admin-guide/cgroup-v2.rst and
-//! cgroup-v1/memory.rst); elsewhere there are none, and no group limits anything.
+//! as a cluster's scheduler and containers do, or where its address space is limited, as by `ulimit -v` and by other
+//! schedulers. A process that exceeds its group's limit is killed, however much the system has. Files and their meaning
+//! are those of Linux (its documentation, admin-guide/cgroup-v2.rst and cgroup-v1/memory.rst, and proc(5)); elsewhere
+//! there are none, and nothing limits anything.
 
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -13,8 +14,28 @@ pub(super) fn free() -> u64 {
     let mut system = sysinfo::System::new();
     system.refresh_memory();
     let memberships = fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
-    let left = left_by_groups(Path::new("/sys/fs/cgroup"), &memberships);
+    let left = [
+        left_by_groups(Path::new("/sys/fs/cgroup"), &memberships),
+        left_of_addresses(),
+    ];
+    let left = left.into_iter().flatten().min();
     left.unwrap_or(u64::MAX).min(system.available_memory())
+}
+
+/// The bytes of addresses that this process can still take; `None` if they are not limited.
+#[cfg(unix)]
+fn left_of_addresses() -> Option<u64> {
+    use rustix::process::{Resource, getrlimit};
+    let limit = getrlimit(Resource::As).current?;
+    let pages = fs::read_to_string("/proc/self/statm").ok()?;
+    let pages: u64 = pages.split(' ').next()?.parse().ok()?;
+    let taken = pages.saturating_mul(rustix::param::page_size() as u64);
+    Some(limit.saturating_sub(taken))
+}
+
+#[cfg(not(unix))]
+fn left_of_addresses() -> Option<u64> {
+    None
 }
 
 /// Fails where `free` bytes, of which so many are planned for something else, are too few for a picture of this size, which

@@ -53,6 +53,18 @@ fn statistics_keep_their_contract() {
     assert!(resources.iter().all(|r| r["name"].is_string()));
 }
 
+/// The peak is measured within the budget, or not at all.
+#[test]
+fn a_small_budget_has_no_room_to_measure_the_peak() {
+    let folder = Folder::new();
+    folder.succeed(
+        "render ball.toml --variant non-caching -o a.exr --stats s.json --spp 1 --vram-budget 16MiB",
+    );
+    let stats = folder.json("s.json");
+    let passes = stats["passes"].as_array().expect("passes");
+    assert!(!passes.is_empty() && passes.iter().all(|pass| pass["peak_share"].is_null()));
+}
+
 /// Each pass has its share of the device's peak.
 fn assert_shares(passes: &[Value]) {
     let is_share = |share: f64| 0.0 < share && share <= 1.2;

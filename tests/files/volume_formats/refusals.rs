@@ -233,6 +233,27 @@ fn names_with_a_per_cent_sign_are_names() {
     }
 }
 
+/// A damaged stream may decode to more bytes than it should.
+#[test]
+fn what_follows_compressed_voxels_is_checked() {
+    let header = u8s().nrrd_header("gzip", "");
+    let file = |behind: usize| {
+        let bytes = [u8s().bytes(), vec![7; behind]].concat();
+        [header.as_bytes(), b"\n", &gzip(&bytes)].concat()
+    };
+    let values_of = |bytes| values(&load_bytes("v.nrrd", bytes));
+    assert_eq!(values_of(file(100)), u8s().values);
+    let mut damaged = file(3);
+    let checksum = damaged.len() - 8;
+    damaged[checksum] ^= 1;
+    refuses("v.nrrd", damaged, &["the file is damaged", "checksum"]);
+    refuses(
+        "v.nrrd",
+        file(2 << 20),
+        &["1048575 bytes after the voxels", "header is wrong"],
+    );
+}
+
 #[test]
 fn damaged_compressed_voxels_are_refused() {
     let array = Array::new([16, 16, 16], VoxelType::U8, Endian::Little);

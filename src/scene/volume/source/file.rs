@@ -30,6 +30,9 @@ use crate::scene::volume::voxel_type::VoxelType;
 /// (<https://www.zlib.net/zlib_tech.html>).
 pub const MOST_DEFLATED: u64 = 1032;
 
+/// The most decoded bytes that may follow the last voxel of a packed file: some writers fill up a block.
+const MOST_BEHIND: u64 = 1 << 20;
+
 /// The place of the voxels according to a header.
 #[derive(Debug)]
 pub struct Data {
@@ -137,6 +140,7 @@ impl Data {
             encoding: self.encoding,
             begin,
             end,
+            is_last: self.part.index + 1 == self.part.of,
             dims,
             voxel_type,
         };
@@ -187,6 +191,8 @@ struct DataFile {
     /// Decoded bytes before the first voxel, and up to the end of the last.
     begin: u64,
     end: u64,
+    /// Whether no other volume follows.
+    is_last: bool,
     dims: [u32; 3],
     voxel_type: VoxelType,
 }
@@ -325,15 +331,27 @@ impl Position<'_> {
         }
     }
 
-    /// Decompresses up to the stream's checksum, which verifies the voxels; where a crop ends before the last voxel,
-    /// the rest is not worth reading.
+    /// Decompresses up to the stream's checksum, which verifies the voxels. The rest is not worth reading where a crop ends
+    /// before the last voxel, or where other volumes follow.
     fn check_end(&mut self) -> Parsed<()> {
         let Stream::Inflated(stream) = &mut self.stream else {
             return Ok(());
         };
-        stream.read(&mut [0]).map(|_| ()).map_err(|e| {
+        if !self.source.is_last {
+            return Ok(());
+        }
+        let behind = io::copy(&mut stream.take(MOST_BEHIND), &mut io::sink()).map_err(|e| {
             format!("the file is damaged: all voxels could be read, but not what follows ({e})")
-        })
+        })?;
+        self.decoded += behind;
+        if behind == MOST_BEHIND {
+            return Err(format!(
+                "holds more than {} bytes after the voxels of {}, expected none: its header is wrong",
+                MOST_BEHIND - 1,
+                shape(self.source.dims, self.source.voxel_type)
+            ));
+        }
+        Ok(())
     }
 
     fn ends_early(&self) -> String {
