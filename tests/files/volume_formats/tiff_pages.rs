@@ -200,6 +200,20 @@ fn a_set_of_ome_files_may_have_several_pages_in_each() {
         let message = refusal(set(&a, &whole).path(), &VolumeOverrides::default());
         assert!(message.contains(fault), "{message}");
     }
+    let first_channel = VolumeOverrides {
+        channel: Some(0),
+        ..Default::default()
+    };
+    // A picture that is not of the set comes first, and planes of the own file need no name.
+    let own = whole.replace("<UUID FileName=\"b.ome.tif\">urn:uuid:0</UUID>", "");
+    let mixed = set(&part("./b.ome.tif"), &own);
+    let foreign = textured([7, 9, 1], VoxelType::U16, Endian::Little);
+    write(mixed.path(), "MAX.tif", Tiff::default().write(&foreign));
+    let pages = [0, 1, 2].map(|page| slice(&array, page).values);
+    assert_eq!(
+        values(&Volume::load(mixed.path(), &first_channel).unwrap()),
+        pages.concat()
+    );
     let alone = refusal(
         &set(&whole, &whole).path().join("a.ome.tif"),
         &VolumeOverrides::default(),

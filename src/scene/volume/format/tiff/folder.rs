@@ -1,7 +1,7 @@
 //! A folder of TIFF files: each of which is one slice, or which are a set whose OME-XML says where each plane is.
 
 use std::cmp::Ordering;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -49,14 +49,14 @@ pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let pages: Vec<Vec<Page>> = pages.into_iter().collect::<Parsed<_>>()?;
     let counts: Vec<usize> = pages.iter().map(Vec::len).collect();
     let pages = pages.concat();
-    let layout = pages[0].layout;
     let folder = Folder {
         path,
         names,
         counts,
     };
-    let meaning = folder.meaning(&layout)?;
-    stack(path, meaning, vec![layout.size], overrides, |n| {
+    let meaning = folder.meaning(&pages)?;
+    let size = pages[meaning.places[0]].layout.size;
+    stack(path, meaning, vec![size], overrides, |n| {
         Ok(pages[n].clone())
     })
 }
@@ -158,51 +158,93 @@ struct Folder<'a> {
     counts: Vec<usize>,
 }
 
+/// The description of a set.
+struct Set {
+    xml: String,
+    /// The file that holds it.
+    own: String,
+    /// The files of the set, if they are named.
+    named: HashSet<String>,
+}
+
 impl Folder<'_> {
-    /// What the first file says of all: ImageJ repeats its description in each, OME-XML says in which file each plane is, or each
-    /// file describes itself. If the order of slices is that of the files' names, these may raise a doubt.
-    fn meaning(&self, layout: &Layout) -> Parsed<Meaning> {
+    /// What OME-XML says of a set, in whichever of its files it is, or else what the first file says of all: ImageJ repeats its
+    /// description in each, or each file describes itself. If the order of slices is that of the files' names, these may raise
+    /// a doubt.
+    fn meaning(&self, pages: &[Page]) -> Parsed<Meaning> {
         let first = &self.names[0];
-        let file = Arc::new(WatchedFile::open(&self.path.join(first))?);
-        let directories = Directories::new(&file)?;
-        let of_first = directories.full_pages()?;
-        let of_first = of_first.first().ok_or(NO_PAGE)?;
-        let mut description = directories.text(of_first, Tag::ImageDescription)?;
-        let pages = self.counts.iter().sum();
-        let named = |fault| format!("{first}: {fault}");
         let mut missing = None;
-        if ome::is_ome(&description) {
-            match ome::described_in(&description, pages).map_err(named)? {
-                Some(other) if self.holds(&other) => description = self.description_in(&other)?,
-                Some(other) => {
-                    let told = "which describes its files, is missing";
-                    missing = Some(format!("the file {other}, {told}"));
-                }
-                None => {}
-            }
-            if ome::names_files(&description, pages).map_err(named)? {
-                let set = self.pages_of_files();
-                let from = ome::Pages::OfFiles(&set);
-                return ome::meaning(&description, from, layout.samples).map_err(named);
-            }
+        if let Some(set) = self.set(pages.len(), &mut missing)? {
+            let files = self.pages_of_files();
+            let named = set.named.iter().filter_map(|name| files.get(name));
+            let first = named.map(|range| range.start).min().unwrap_or(0);
+            let samples = pages[first].layout.samples;
+            let own = set.own.as_str();
+            let from = ome::Pages::OfFiles { files: &files, own };
+            let meaning = ome::meaning(&set.xml, from, samples);
+            return meaning.map_err(|fault| format!("{own}: {fault}"));
         }
         self.check_counts(missing.as_deref())?;
-        let mut meaning = Meaning::stack(pages, layout.samples);
-        if description.starts_with(imagej::START) {
-            meaning = imagej_meaning(&description, &directories, of_first, pages, layout)
-                .map_err(named)?;
-        } else if ome::is_ome(&description) {
-            (meaning.size, meaning.notes) = ome::voxel_size(&description, pages).map_err(named)?;
-        }
+        let mut meaning = self
+            .of_first(&pages[0].layout)
+            .map_err(|fault| format!("{first}: {fault}"))?;
         let stems = self
             .names
             .iter()
             .filter_map(|name| Path::new(name).file_stem());
         let stems: Vec<_> = stems.map(|stem| stem.to_string_lossy()).collect();
-        meaning
-            .notes
-            .extend(missing.map(|missing| format!("{missing}: each file is taken as a slice")));
+        let missing = missing.map(|missing| format!("{missing}: each file is taken as a slice"));
+        meaning.notes.extend(missing);
         meaning.notes.extend(doubt(&stems));
+        Ok(meaning)
+    }
+
+    /// The set that the first file with OME-XML belongs to, if it is one. `missing` says that its description is elsewhere.
+    fn set(&self, pages: usize, missing: &mut Option<String>) -> Parsed<Option<Set>> {
+        for name in &self.names {
+            let mut set = Set {
+                xml: self.description_in(name)?,
+                own: name.clone(),
+                named: HashSet::new(),
+            };
+            if !ome::is_ome(&set.xml) {
+                continue;
+            }
+            let named = |fault| format!("{name}: {fault}");
+            if let Some(other) = ome::described_in(&set.xml, pages).map_err(named)? {
+                let other = other.strip_prefix("./").unwrap_or(&other);
+                if !self.holds(other) {
+                    *missing = Some(format!(
+                        "the file {other}, which describes its files, is missing"
+                    ));
+                    return Ok(None);
+                }
+                (set.xml, set.own) = (self.description_in(other)?, other.into());
+            }
+            set.named = ome::named_files(&set.xml, pages).map_err(named)?;
+            // A file that describes itself alone may have got another name.
+            let is_other = |file: &String| *file != set.own && self.holds(file);
+            let is_set = set.named.len() > 1 || set.named.iter().any(is_other);
+            return Ok(is_set.then_some(set));
+        }
+        Ok(None)
+    }
+
+    /// What the first file says of all, each of which is a slice.
+    fn of_first(&self, layout: &Layout) -> Parsed<Meaning> {
+        let file = Arc::new(WatchedFile::open(&self.path.join(&self.names[0]))?);
+        let directories = Directories::new(&file)?;
+        let pages = directories.full_pages()?;
+        let first = pages.first().ok_or(NO_PAGE)?;
+        let description = directories.text(first, Tag::ImageDescription)?;
+        let count = self.names.len();
+        if description.starts_with(imagej::START) {
+            return imagej_meaning(&description, &directories, first, count, layout);
+        }
+        let mut meaning = Meaning::stack(count, layout.samples);
+        if ome::is_ome(&description) {
+            (meaning.size, meaning.notes) = ome::voxel_size(&description, count)?;
+        }
         Ok(meaning)
     }
 
@@ -212,7 +254,7 @@ impl Folder<'_> {
         is_inside && self.path.join(name).is_file()
     }
 
-    /// The XML of a set in one of its files, or in one beside them.
+    /// The description in a TIFF file's first page, or the XML in a file beside them.
     fn description_in(&self, name: &str) -> Parsed<String> {
         let path = self.path.join(name);
         let described = || {

@@ -3,7 +3,7 @@
 //!
 //! Only sizes, units and the order of pages are read. The author and the subject of the image are not.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::iter::{once, repeat_n};
 use std::ops::Range;
 
@@ -42,12 +42,11 @@ pub fn voxel_size(description: &str, pages: usize) -> Parsed<(VoxelSize, Vec<Str
     }
 }
 
-/// Whether it says in which of several files the planes are.
-pub fn names_files(description: &str, pages: usize) -> Parsed<bool> {
+/// The files in which it says that planes are, each once.
+pub fn named_files(description: &str, pages: usize) -> Parsed<HashSet<String>> {
     let document = parsed(description, pages)?;
-    let mut files = document.descendants().filter_map(file_name);
-    let first = files.next();
-    Ok(files.any(|file| Some(file) != first))
+    let files = document.descendants().filter_map(file_name);
+    Ok(files.map(str::to_string).collect())
 }
 
 fn file_name<'a>(node: Node<'a, '_>) -> Option<&'a str> {
@@ -62,18 +61,22 @@ pub fn described_in(description: &str, pages: usize) -> Parsed<Option<String>> {
     Ok(file.map(str::to_string))
 }
 
-/// Where pages are: in one file, or in the files of a set, by their names.
+/// Where pages are: in one file, or in the files of a set, by their names. Planes of which nothing is said are in the file
+/// `own`, which describes the set.
 #[derive(Clone, Copy)]
 pub enum Pages<'a> {
     OfOneFile(usize),
-    OfFiles(&'a HashMap<String, Range<usize>>),
+    OfFiles {
+        files: &'a HashMap<String, Range<usize>>,
+        own: &'a str,
+    },
 }
 
 impl Pages<'_> {
     fn count(self) -> usize {
         match self {
             Pages::OfOneFile(pages) => pages,
-            Pages::OfFiles(files) => files.values().map(Range::len).sum(),
+            Pages::OfFiles { files, .. } => files.values().map(Range::len).sum(),
         }
     }
 
@@ -81,9 +84,8 @@ impl Pages<'_> {
     fn of(self, file: Option<&str>) -> Parsed<Range<usize>> {
         match self {
             Pages::OfOneFile(pages) => Ok(0..pages),
-            Pages::OfFiles(files) => {
-                let file =
-                    file.ok_or("its OME-XML does not say of every plane in which file it is")?;
+            Pages::OfFiles { files, own } => {
+                let file = file.unwrap_or(own);
                 files.get(file).cloned().ok_or_else(|| {
                     format!(
                         "its OME-XML says that a plane is in {file}, which the folder does not hold"
@@ -128,7 +130,7 @@ pub fn meaning(description: &str, from: Pages, samples: u32) -> Parsed<Meaning> 
                 "has {pages} pages, but its OME-XML speaks of {planes}: the others are in other files, or were never \
                  written; if there are other files, open the folder that holds them"
             ),
-            Pages::OfFiles(files) => format!(
+            Pages::OfFiles { files, .. } => format!(
                 "its OME-XML speaks of {planes} planes, but the {} files of the folder have {pages} pages: some are missing",
                 files.len()
             ),
@@ -285,7 +287,7 @@ fn places(pixels: &Node, order: [usize; 3], planes: usize, from: Pages) -> Parse
 fn beyond(page: usize, pages: usize, from: Pages, file: Option<&str>) -> String {
     let number = page.saturating_add(1);
     match (from, file) {
-        (Pages::OfFiles(_), Some(file)) => {
+        (Pages::OfFiles { .. }, Some(file)) => {
             format!(
                 "its OME-XML says that an image is on page {number} of {file}, which has {pages}"
             )
