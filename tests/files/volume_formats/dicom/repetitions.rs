@@ -180,6 +180,20 @@ fn stray_values_mix_no_volumes() {
     }
 }
 
+/// What was last may be counted first.
+#[test]
+fn volumes_are_numbered_in_the_order_of_time() {
+    let backwards = |n: usize, moment: usize| SLICES * (MOMENTS - 1 - moment) + n;
+    let folder = stated_moments(backwards, &[], 1, |n, moment, header| {
+        let time = format!("{:06}", 120_000 + 10 * moment + n);
+        header.text((8, 0x32), "TM", time)
+    });
+    for moment in 0..MOMENTS {
+        let volume = picked(folder.path(), Pick::Number(moment as u32 + 1)).unwrap();
+        assert_eq!(values(&volume), of_moment(moment));
+    }
+}
+
 /// Instances that are numbered anew in each volume, or all alike, are no copies of one another.
 #[test]
 fn instances_that_repeat_are_told_apart_by_what_differs() {

@@ -78,17 +78,30 @@ fn volumes_of(places: &[Place], count: usize) -> Option<Volumes> {
             .find_map(|n| all.by_one_value(|key| key.setting.number(n)))
             .or_else(|| all.by_one_value(|key| key.setting))
     };
-    let by_order = || {
-        all.counted_by_volume()
-            .or_else(|| {
-                (quantities.clone()).find_map(|n| all.by_one_range(|key| key.setting.number(n)))
-            })
+    let by_range = || {
+        (quantities.clone())
+            .find_map(|n| all.by_one_range(|key| key.setting.number(n)))
             .or_else(|| all.by_one_range(|key| key.acquired))
+    };
+    let by_order = || match (all.counted_by_volume(), by_range()) {
+        // Instances may be counted backwards.
+        (Some(counted), Some(ranged)) if are_alike(&counted, &ranged) => Some(ranged),
+        (counted, ranged) => counted
+            .or(ranged)
             .or_else(|| all.counted_by_place())
             .or_else(|| all.ranked(|key| key.acquired))
-            .or_else(|| all.ranked(|key| (key.instance, key.frame)))
+            .or_else(|| all.ranked(|key| (key.instance, key.frame))),
     };
     by_setting().or_else(|| all.are_repeated().then(by_order).flatten())
+}
+
+/// Whether the same frames are of one volume, whatever its number is.
+fn are_alike(a: &Volumes, b: &Volumes) -> bool {
+    let pairs = a.iter().flatten().zip(b.iter().flatten());
+    let pairs = BTreeSet::from_iter(pairs);
+    let firsts: BTreeSet<_> = pairs.iter().map(|(a, _)| a).collect();
+    let seconds: BTreeSet<_> = pairs.iter().map(|(_, b)| b).collect();
+    pairs.len() == firsts.len() && pairs.len() == seconds.len()
 }
 
 /// Frames of so many volumes.
