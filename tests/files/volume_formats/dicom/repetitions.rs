@@ -180,6 +180,23 @@ fn stray_values_mix_no_volumes() {
     }
 }
 
+/// Directions of diffusion have one b-value.
+#[test]
+fn volumes_with_one_value_are_listed_with_their_numbers() {
+    let volume_by_volume = |n: usize, moment: usize| SLICES * moment + n;
+    let folder = stated_moments(volume_by_volume, &[], 1, |_, moment, header| {
+        header.double((0x18, 0x9087), [0.0, 1000.0, 1000.0][moment])
+    });
+    let series = Volume::series(folder.path()).unwrap();
+    let told: Vec<&str> = series.iter().map(|one| one.notes[0].as_str()).collect();
+    let expected = [
+        "b-value 0",
+        "b-value 1000, the first of its slices has InstanceNumber 6",
+        "b-value 1000, the first of its slices has InstanceNumber 11",
+    ];
+    assert_eq!(told, expected);
+}
+
 /// What was last may be counted first.
 #[test]
 fn volumes_are_numbered_in_the_order_of_time() {

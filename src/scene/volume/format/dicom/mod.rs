@@ -257,14 +257,26 @@ fn told_apart(images: &[Image], groups: &[Group]) -> Vec<String> {
         };
         let told = (0..own.len()).filter(differs);
         let told: Vec<String> = told.map(|i| format!("{} {}", own[i].0, own[i].1)).collect();
-        match image.instance {
-            Some(instance) if told.is_empty() && beside.len() > 1 => {
-                format!("the first of its slices has InstanceNumber {instance}")
-            }
-            _ => told.join(", "),
-        }
+        told.join(", ")
     };
-    firsts.iter().map(told).collect()
+    let told: Vec<(&str, String)> = (firsts.iter())
+        .map(|first| (first.0.series_uid.as_str(), told(first)))
+        .collect();
+    let number = |n: usize| {
+        let instance = firsts[n].0.instance?;
+        Some(format!(
+            "the first of its slices has InstanceNumber {instance}"
+        ))
+    };
+    // What several have in common tells none of them apart.
+    let complete = |(n, own): (usize, &(&str, String))| {
+        let is_alone = told.iter().filter(|other| *other == own).count() == 1;
+        let told = Some(own.1.clone()).filter(|told| !told.is_empty());
+        let number = number(n).filter(|_| !is_alone);
+        let parts: Vec<String> = told.into_iter().chain(number).collect();
+        parts.join(", ")
+    };
+    told.iter().enumerate().map(complete).collect()
 }
 
 /// A refusal of a volume with gaps: slices may be missing because their files are damaged.
