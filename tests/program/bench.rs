@@ -176,7 +176,7 @@ fn a_reference_can_be_given_and_shading_models_compared() {
     let same = format!("{BENCH} {short} --reference given.exr --seed 0");
     let said = text(&folder.succeed(&same).stderr).to_string();
     assert!(
-        said.contains("the reference has the seed 0 as well"),
+        said.contains("the reference has the same seed, 0"),
         "{said}"
     );
 
