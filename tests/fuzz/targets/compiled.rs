@@ -11,10 +11,14 @@ mod cache_dir;
 mod compiled;
 #[path = "../../../src/gpu/dead_branches.rs"]
 mod dead_branches;
+#[path = "../../../src/locked.rs"]
+mod locked;
 #[path = "../../../src/gpu/reflection.rs"]
 mod reflection;
 #[path = "../../../src/gpu/spirv.rs"]
 mod spirv;
+#[path = "../../../src/temporary.rs"]
+mod temporary;
 
 use std::sync::LazyLock;
 
