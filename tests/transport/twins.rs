@@ -4,11 +4,12 @@ use fastrand::Rng;
 use glam::DVec3;
 use isolume::gpu::*;
 use isolume::output::display::display_value;
-use isolume::render::shared::{self, BEND_DEPTH, BRICK, GATHERED, MACROCELL, RIM_DEPTH};
+use isolume::render::shared::{BEND_DEPTH, BRICK, GATHERED, MACROCELL, RIM_DEPTH};
 use isolume::render::{Batch, GpuScene, Renderer, ToneMapPush, Until, batch_gathers};
 use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
+use crate::passes::tone_map::tone_map_pass;
 use crate::support::common::*;
 use crate::support::fields::indexed_field;
 use crate::support::probe::NOTHING;
@@ -31,14 +32,7 @@ fn shown(radiances: &[f32], exposure: f64, tone: Tone) -> Vec<u8> {
     let placement = Placement::HostCached;
     let staging = Buffer::with_data_in(&memory, "staging", placement, &texels);
     let staging = staging.expect("staging");
-    let desc = PassDesc {
-        name: "tone_map",
-        specialization: &[],
-        push: ToneMapPush::PUSH,
-        macros: &[],
-    };
-    let shaders = Shaders::new(shared::glsl());
-    let pass = Pass::new(&device, &shaders, &desc).expect("a pass");
+    let pass = tone_map_pass(&device);
     let push = ToneMapPush {
         source: [SIDE; 2],
         size: [SIDE; 2],

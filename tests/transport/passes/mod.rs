@@ -3,4 +3,4 @@
 mod cut_cubes;
 mod dead_branches;
 mod marched;
-mod tone_map;
+pub mod tone_map;

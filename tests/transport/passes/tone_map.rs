@@ -54,6 +54,18 @@ fn shown(memory: &Arc<Memory>, display: &Image) -> Vec<[u8; 4]> {
     bytes.read_vec(display.desc().texels() as usize)
 }
 
+/// The pass alone, without a renderer that gives it its push constants.
+pub fn tone_map_pass(device: &Arc<Device>) -> Pass {
+    let desc = PassDesc {
+        name: "tone_map",
+        specialization: &[],
+        push: ToneMapPush::PUSH,
+        macros: &[],
+    };
+    let shaders = Shaders::new(shared::glsl());
+    Pass::new(device, &shaders, &desc).expect("a pass")
+}
+
 /// What a display of `extent` pixels shows of `picture`, which is `size` pixels.
 fn shown_of(
     picture: &[[f32; 4]],
@@ -64,14 +76,7 @@ fn shown_of(
     let mut probe = Probe::new(&scene(size), &constant_field(1.0, [1; 3], [1.0; 3]));
     let display = display(&probe.memory, extent);
     let texels = Buffer::with_data(&probe.memory, "texels", picture).expect("texels");
-    let desc = PassDesc {
-        name: "tone_map",
-        specialization: &[],
-        push: ToneMapPush::PUSH,
-        macros: &[],
-    };
-    let shaders = Shaders::new(shared::glsl());
-    let pass = Pass::new(probe.memory.device(), &shaders, &desc).expect("a pass");
+    let pass = tone_map_pass(probe.memory.device());
     let (frame, r) = probe.renderer.probed();
     let run = frame.run(|recording| {
         recording.upload(&texels, &r.mean, [0; 3], [size[0], size[1], 1])?;

@@ -1,5 +1,7 @@
 //! Volumes that repeat at each place of a series.
 
+use std::path::Path;
+
 use isolume::scene::volume::{Pick, Volume};
 
 use super::{folder, has, hounsfield, picked, values};
@@ -63,11 +65,21 @@ fn what_repeats_at_each_place_is_several_volumes() {
             &series[1].notes,
             "the first of its slices has InstanceNumber 2",
         );
-        for moment in 0..MOMENTS {
-            let volume = picked(folder.path(), Pick::Number(moment as u32 + 1)).unwrap();
-            assert_eq!(values(&volume), of_moment(moment));
-        }
+        expect_moments(folder.path(), MOMENTS, "");
     }
+}
+
+/// The first volumes are so many moments, in their order.
+fn expect_moments(folder: &Path, count: usize, case: &str) {
+    for moment in 0..count {
+        let volume = picked(folder, Pick::Number(moment as u32 + 1)).unwrap();
+        assert_eq!(values(&volume), of_moment(moment), "{case}");
+    }
+}
+
+/// How most scanners count instances.
+fn volume_by_volume(n: usize, moment: usize) -> usize {
+    SLICES * moment + n
 }
 
 type State = fn(usize, usize, Object) -> Object;
@@ -127,10 +139,7 @@ fn settings_and_times_tell_repetitions_apart() {
     ];
     for (state, told) in states {
         let folder = stated_moments(forth_and_back, &[], 1, state);
-        for moment in 0..MOMENTS {
-            let volume = picked(folder.path(), Pick::Number(moment as u32 + 1)).unwrap();
-            assert_eq!(values(&volume), of_moment(moment), "{told}");
-        }
+        expect_moments(folder.path(), MOMENTS, told);
         let notes = &Volume::series(folder.path()).unwrap()[1].notes;
         assert!(notes[0].contains(told), "{notes:?}");
     }
@@ -149,7 +158,6 @@ fn settings_and_times_tell_repetitions_apart() {
 /// What differs without a meaning outranks nothing that tells volumes apart.
 #[test]
 fn stray_values_mix_no_volumes() {
-    let volume_by_volume = |n: usize, moment: usize| SLICES * moment + n;
     let states: [State; 4] = [
         // One image with another echo time, beside inversion times.
         |n, moment, header| {
@@ -173,17 +181,13 @@ fn stray_values_mix_no_volumes() {
     ];
     for (case, state) in states.into_iter().enumerate() {
         let folder = stated_moments(volume_by_volume, &[], 1, state);
-        for moment in 0..MOMENTS {
-            let volume = picked(folder.path(), Pick::Number(moment as u32 + 1)).unwrap();
-            assert_eq!(values(&volume), of_moment(moment), "case {case}");
-        }
+        expect_moments(folder.path(), MOMENTS, &format!("case {case}"));
     }
 }
 
 /// Directions of diffusion have one b-value.
 #[test]
 fn volumes_with_one_value_are_listed_with_their_numbers() {
-    let volume_by_volume = |n: usize, moment: usize| SLICES * moment + n;
     let folder = stated_moments(volume_by_volume, &[], 1, |_, moment, header| {
         header.double((0x18, 0x9087), [0.0, 1000.0, 1000.0][moment])
     });
@@ -205,10 +209,7 @@ fn volumes_are_numbered_in_the_order_of_time() {
         let time = format!("{:06}", 120_000 + 10 * moment + n);
         header.text((8, 0x32), "TM", time)
     });
-    for moment in 0..MOMENTS {
-        let volume = picked(folder.path(), Pick::Number(moment as u32 + 1)).unwrap();
-        assert_eq!(values(&volume), of_moment(moment));
-    }
+    expect_moments(folder.path(), MOMENTS, "");
 }
 
 /// Instances that are numbered anew in each volume, or all alike, are no copies of one another.
@@ -224,10 +225,7 @@ fn instances_that_repeat_are_told_apart_by_what_differs() {
     for state in [echo, time] {
         for number in [&anew as &dyn Fn(usize, usize) -> usize, &alike] {
             let folder = stated_moments(number, &[], 1, state);
-            for moment in 0..MOMENTS {
-                let volume = picked(folder.path(), Pick::Number(moment as u32 + 1)).unwrap();
-                assert_eq!(values(&volume), of_moment(moment));
-            }
+            expect_moments(folder.path(), MOMENTS, "");
         }
     }
 }
@@ -235,27 +233,19 @@ fn instances_that_repeat_are_told_apart_by_what_differs() {
 /// The last of several volumes may have a few slices alone.
 #[test]
 fn a_scan_that_was_ended_early_has_its_whole_volumes() {
-    let volume_by_volume = |n: usize, moment: usize| SLICES * moment + n;
     let lost: Vec<(usize, usize)> = (1..SLICES).map(|n| (n, MOMENTS - 1)).collect();
     let folder = moments(volume_by_volume, &lost, 1);
-    for moment in 0..MOMENTS - 1 {
-        let volume = picked(folder.path(), Pick::Number(moment as u32 + 1)).unwrap();
-        assert_eq!(values(&volume), of_moment(moment));
-    }
+    expect_moments(folder.path(), MOMENTS - 1, "");
 }
 
 /// Positions are rounded.
 #[test]
 fn places_are_the_same_within_a_hundredth_of_a_pixel() {
-    let volume_by_volume = |n: usize, moment: usize| SLICES * moment + n;
     let folder = stated_moments(volume_by_volume, &[], 1, |n, moment, header| {
         let z = 30.0 + 2.5 * n as f64 + 5e-4 * ((n + 2 * moment) % 3) as f64;
         header.text((0x20, 0x32), "DS", format!("-10\\-20\\{z}"))
     });
-    for moment in 0..MOMENTS {
-        let volume = picked(folder.path(), Pick::Number(moment as u32 + 1)).unwrap();
-        assert_eq!(values(&volume), of_moment(moment));
-    }
+    expect_moments(folder.path(), MOMENTS, "");
 }
 
 #[test]
@@ -270,17 +260,13 @@ fn echoes_and_b_values_are_numbered_upwards() {
     for (folder, told) in folders.iter().zip(["echo 10", "b-value 500"]) {
         let series = Volume::series(folder.path()).unwrap();
         assert_eq!(series[1].notes, [told]);
-        for moment in 0..MOMENTS {
-            let volume = picked(folder.path(), Pick::Number(moment as u32 + 1)).unwrap();
-            assert_eq!(values(&volume), of_moment(moment));
-        }
+        expect_moments(folder.path(), MOMENTS, "");
     }
 }
 
 #[test]
 fn a_lost_slice_is_one_of_one_repetition() {
     let place_by_place = |n: usize, moment: usize| MOMENTS * n + moment;
-    let volume_by_volume = |n: usize, moment: usize| SLICES * moment + n;
     let numberings: [&dyn Fn(usize, usize) -> usize; 2] = [&place_by_place, &volume_by_volume];
     for (number, lost) in numberings
         .into_iter()
